@@ -1,0 +1,3 @@
+//! The earth mover's distance.
+
+pub mod exact;

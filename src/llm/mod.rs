@@ -1,0 +1,3 @@
+//! What the language model is asked, and what its answer becomes.
+
+pub mod stage;

@@ -1,0 +1,4 @@
+//! Small mathematics that every layer shares.
+
+pub mod cloud;
+pub mod rng;

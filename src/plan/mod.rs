@@ -1,0 +1,3 @@
+//! Algorithm 1 of the paper.
+
+pub mod settings;

@@ -1,0 +1,41 @@
+//! The planner's parameters: what a task file's `[planner]` table holds.
+
+use serde::{Deserialize, Serialize};
+
+/// Parameters of Algorithm 1. Symbols are the paper's.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlannerSettings {
+    /// K: steps of the move in EMD space.
+    pub emd_steps: usize,
+    /// alpha: how far a particle moves in one of those steps, m.
+    pub emd_step_length_m: f64,
+    /// How the move is computed: `exact` matching or `sinkhorn` gradients.
+    pub reach: Reach,
+    /// L: control steps that are optimised and executed together.
+    pub horizon: usize,
+    /// J: gradient iterations per horizon.
+    pub iterations: usize,
+    /// Control steps a stage may take.
+    pub max_steps: usize,
+    /// Adam's learning rate on the actions (which lie in [-1, 1]).
+    pub learning_rate: f64,
+    /// Weights of the losses: point to point, tool distance, velocity.
+    pub loss_weights: [f64; 3],
+    /// delta: keeps the start-pose score finite at contact, m.
+    pub pose_delta_m: f64,
+    /// tau: the stage is done when its EMD is below this, m.
+    pub emd_tolerance_m: f64,
+    /// Failed segments in a row after which a stage gives up.
+    pub max_failures: usize,
+}
+
+/// How the next reachable cloud is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Reach {
+    /// Along one exact matching.
+    Exact,
+    /// Along the gradient of the Sinkhorn divergence, as in the paper.
+    Sinkhorn,
+}

@@ -1,0 +1,4 @@
+//! The differentiable MLS-MPM simulator.
+
+pub mod params;
+pub mod tool;
