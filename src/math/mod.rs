@@ -1,4 +1,6 @@
 //! Small mathematics that every layer shares.
 
+pub mod check;
 pub mod cloud;
+pub mod quaternion;
 pub mod rng;

@@ -1,34 +1,22 @@
 //! Tools: a rigid shape, how an action moves it, and what it does to a grid velocity.
 //!
-//! A [`Tool`] never changes; where it is stands in a [`ToolPose`].
+//! A [`Tool`] never changes; where it is stands in a [`ToolPose`]. Shapes and motions have a file each.
+//! Imports math.
 
-/// The rigid shape of a tool in its own frame. Lengths in m.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
-    /// Segment of `length` along local y, thickened by `radius`.
-    Capsule { radius: f64, length: f64 },
-    /// Box of the given half-extents.
-    Box { half_extents: [f64; 3] },
-    /// PASTA's knife: a triangular prism (apothem-like size, half-depth), turned by a quaternion
-    /// (w, x, y, z), intersected with a box of the same frame.
-    Knife { half_extents: [f64; 3], prism_size: [f64; 2], prism_rotation: [f64; 4] },
-    /// Ball.
-    Sphere { radius: f64 },
-}
+mod capsule;
+mod cuboid;
+mod knife;
+pub mod motion;
+pub mod shape;
+mod sphere;
 
-/// How an action moves a tool, and how many components it has.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Motion {
-    /// (roll, yaw, rise, slide).
-    RollingPin,
-    /// (x, y, z).
-    Translation,
-    /// (x, y, z, axis-angle about the world axes).
-    Rigid,
-    /// (x, y, z, axis-angle in the tool's frame, gap): two copies of the shape at -gap/2 and +gap/2
-    /// along the tool's x axis. The gap stays in `[minimal_gap, maximal_gap]`.
-    Gripper { minimal_gap: f64, maximal_gap: f64 },
-}
+use nalgebra::{Matrix3, Vector3};
+
+use crate::math::cloud::Point;
+use crate::math::quaternion::{rotation_matrix, rotation_matrix_adj};
+
+pub use motion::Motion;
+pub use shape::Shape;
 
 /// One tool.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,14 +46,129 @@ pub struct ToolPose {
     pub gap: f64,
 }
 
+/// Adjoint of a [`ToolPose`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PoseAdj {
+    pub position: [f64; 3],
+    pub rotation: [f64; 4],
+    pub gap: f64,
+}
+
+impl PoseAdj {
+    /// Adds `other`.
+    pub fn add(&mut self, other: &Self) {
+        self.position.iter_mut().zip(other.position).for_each(|(a, b)| *a += b);
+        self.rotation.iter_mut().zip(other.rotation).for_each(|(a, b)| *a += b);
+        self.gap += other.gap;
+    }
+}
+
+/// Where one rigid part of a tool is: its frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// Origin, m.
+    pub origin: Vector3<f64>,
+    /// Columns are the part's axes in the world.
+    pub rotation: Matrix3<f64>,
+}
+
+impl Frame {
+    /// A world point in the frame's coordinates.
+    pub fn to_local(&self, p: Vector3<f64>) -> Vector3<f64> {
+        self.rotation.tr_mul(&(p - self.origin))
+    }
+}
+
+/// Adjoint of a [`Frame`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FrameAdj {
+    pub origin: Vector3<f64>,
+    pub rotation: Matrix3<f64>,
+}
+
 impl Tool {
     /// Components of this tool's action.
     pub fn action_len(&self) -> usize {
+        self.motion.action_len()
+    }
+
+    /// The sides on which its parts stand: a gripper has a plate at -gap/2 and one at +gap/2 along its
+    /// x axis, in this order; every other tool is one part.
+    pub fn sides(&self) -> &'static [f64] {
         match self.motion {
-            Motion::RollingPin => 4,
-            Motion::Translation => 3,
-            Motion::Rigid => 6,
-            Motion::Gripper { .. } => 7,
+            Motion::Gripper { .. } => &[-0.5, 0.5],
+            _ => &[0.0],
         }
+    }
+
+    /// The frame of the part at `side` when the tool is at `pose`.
+    pub fn frame(&self, pose: &ToolPose, side: f64) -> Frame {
+        let rotation = rotation_matrix(pose.rotation);
+        let origin = Vector3::from(pose.position) + rotation.column(0) * (side * pose.gap);
+        Frame { origin, rotation }
+    }
+
+    /// Adjoint of [`Tool::frame`], added into `pose_adj`.
+    pub fn frame_adj(&self, pose: &ToolPose, side: f64, frame_adj: &FrameAdj, pose_adj: &mut PoseAdj) {
+        let rotation = rotation_matrix(pose.rotation);
+        let mut r_adj = frame_adj.rotation;
+        let mut x_axis = r_adj.column_mut(0);
+        x_axis += frame_adj.origin * (side * pose.gap);
+        let q_adj = rotation_matrix_adj(pose.rotation, &r_adj);
+        pose_adj.add(&PoseAdj {
+            position: frame_adj.origin.into(),
+            rotation: q_adj,
+            gap: side * frame_adj.origin.dot(&rotation.column(0)),
+        });
+    }
+
+    /// Signed distance from `point` to the tool's surface (negative inside), m.
+    pub fn distance(&self, pose: &ToolPose, point: Point) -> f64 {
+        self.nearest_part(pose, point).1
+    }
+
+    /// Adjoint of [`Tool::distance`] with respect to the pose, and the gradient with respect to the point.
+    pub fn distance_adj(
+        &self,
+        pose: &ToolPose,
+        point: Point,
+        distance_adj: f64,
+        pose_adj: &mut PoseAdj,
+    ) -> Point {
+        let (side, _) = self.nearest_part(pose, point);
+        let frame = self.frame(pose, side);
+        let offset = Vector3::from(point) - frame.origin;
+        let local_adj = self.shape.gradient(frame.to_local(point.into())) * distance_adj;
+        let point_adj = frame.rotation * local_adj;
+        let frame_adj = FrameAdj { origin: -point_adj, rotation: offset * local_adj.transpose() };
+        self.frame_adj(pose, side, &frame_adj, pose_adj);
+        point_adj.into()
+    }
+
+    /// The part whose surface is nearest, and the signed distance to it.
+    fn nearest_part(&self, pose: &ToolPose, point: Point) -> (f64, f64) {
+        let mut best = (0.0, f64::INFINITY);
+        for &side in self.sides() {
+            let d = self.shape.distance(self.frame(pose, side).to_local(point.into()));
+            if d < best.1 {
+                best = (side, d);
+            }
+        }
+        best
+    }
+
+    /// The world box around the tool, as (min, max), m.
+    pub fn bounds(&self, pose: &ToolPose) -> (Point, Point) {
+        let half = self.shape.half_extents();
+        let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for &side in self.sides() {
+            let frame = self.frame(pose, side);
+            for a in 0..3 {
+                let reach: f64 = (0..3).map(|k| frame.rotation[(a, k)].abs() * half[k]).sum();
+                min[a] = min[a].min(frame.origin[a] - reach);
+                max[a] = max[a].max(frame.origin[a] + reach);
+            }
+        }
+        (min, max)
     }
 }

@@ -1,0 +1,345 @@
+//! From velocity gradient and deformation to the next deformation and the stress, and back.
+//!
+//! The one place where elasticity and plasticity meet: trial deformation, return mapping, Kirchhoff
+//! stress, each an isotropic function of the trial's b = F F^T. No SVD: F_new = K F_trial with
+//! `K = U diag(q_i / s_i) U^T`. Derivatives of the isotropic maps are divided differences in closed form,
+//! right also where stretches coincide (as they do at every start, F = I). Lanes throughout.
+
+use super::elasticity::{self, Principal, stress, stress_adj};
+use super::lanes::{Lanes, M3, det, exp, identity, mul, mul_t, sinhc, t_mul};
+use super::params::Params;
+use super::plasticity::{Return, return_map, return_map_adj};
+use super::spectral::{Spectrum, compose, spectral_adj, spectrum};
+
+/// What the constitutive update found for sixteen particles.
+pub struct Update<L: Lanes> {
+    /// `(I + dt C) F`.
+    pub f_trial: M3<L>,
+    /// Deformation gradient after plastic flow.
+    pub f_new: M3<L>,
+    /// Kirchhoff stress, Pa.
+    pub tau: M3<L>,
+    spectrum: Spectrum<L>,
+    ret: Return<L>,
+    principal: Principal<L>,
+    /// Eigenvalues of K: what plastic flow multiplies each stretch by.
+    flow: [L; 3],
+}
+
+/// Index pairs of the off-diagonal entries.
+const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
+
+/// `(I + dt C) F`.
+#[inline(always)]
+pub fn trial<L: Lanes>(dt: f64, c: &M3<L>, f: &M3<L>) -> M3<L> {
+    let dt = L::constant(dt);
+    let cf = mul(c, f);
+    let mut out = *f;
+    for i in 0..3 {
+        for j in 0..3 {
+            out[i][j] = dt.mul_add(cf[i][j], f[i][j]);
+        }
+    }
+    out
+}
+
+/// Adjoint of [`trial`]: adjoints of C and F.
+#[inline(always)]
+pub fn trial_adj<L: Lanes>(dt: f64, c: &M3<L>, f: &M3<L>, trial_adj: &M3<L>) -> (M3<L>, M3<L>) {
+    let dt = L::constant(dt);
+    let (mut c_adj, ctf) = (mul_t(trial_adj, f), t_mul(c, trial_adj));
+    let mut f_adj = *trial_adj;
+    for i in 0..3 {
+        for j in 0..3 {
+            c_adj[i][j] = dt * c_adj[i][j];
+            f_adj[i][j] = dt.mul_add(ctf[i][j], trial_adj[i][j]);
+        }
+    }
+    (c_adj, f_adj)
+}
+
+/// Return mapping and stress of a trial deformation.
+#[inline(always)]
+pub fn update<L: Lanes>(params: &Params, f_trial: M3<L>) -> Update<L> {
+    let spectrum = spectrum(&f_trial);
+    let ret = return_map(params, &spectrum.log);
+    let principal = stress(params, &ret.strain);
+    let one = L::constant(1.0);
+    let mut flow = ret.strain;
+    for i in 0..3 {
+        flow[i] = L::select(ret.yields, exp(ret.strain[i] - spectrum.log[i]), one);
+    }
+    let flowed = mul(&compose(&spectrum, &flow), &f_trial);
+    let mut f_new = f_trial;
+    for i in 0..3 {
+        for j in 0..3 {
+            f_new[i][j] = L::select(ret.yields, flowed[i][j], f_trial[i][j]);
+        }
+    }
+    let tau = compose(&spectrum, &principal.stress);
+    Update { f_trial, f_new, tau, spectrum, ret, principal, flow }
+}
+
+/// Lanes whose deformation has turned inside out.
+#[inline(always)]
+pub fn inverted<L: Lanes>(f_trial: &M3<L>) -> u16 {
+    !L::bits(det(f_trial).gt(L::constant(0.0)))
+}
+
+/// Adjoint of [`update`]: from the adjoints of the new deformation and of the stress to that of the trial.
+#[inline(always)]
+pub fn update_adj<L: Lanes>(params: &Params, up: &Update<L>, f_new_adj: &M3<L>, tau_adj: &M3<L>) -> M3<L> {
+    let zero = L::constant(0.0);
+    let u = &up.spectrum.u;
+    // Adjoints of K and tau in the eigenbasis.
+    let k_adj = to_eigenbasis(u, &mul_t(f_new_adj, &up.f_trial));
+    let t_adj = to_eigenbasis(u, tau_adj);
+
+    let mut strain_adj = stress_adj(params, &up.principal, &[t_adj[0][0], t_adj[1][1], t_adj[2][2]]);
+    let mut flow_adj = [zero; 3];
+    for i in 0..3 {
+        flow_adj[i] = L::select(up.ret.yields, k_adj[i][i] * up.flow[i], zero);
+        strain_adj[i] = strain_adj[i] + flow_adj[i];
+    }
+    let mut log_adj = return_map_adj(&up.ret, &strain_adj);
+    for i in 0..3 {
+        log_adj[i] = log_adj[i] - flow_adj[i];
+    }
+
+    let inverse_stretch = [exp(-up.spectrum.log[0]), exp(-up.spectrum.log[1]), exp(-up.spectrum.log[2])];
+    let mut off = [zero; 3];
+    for (entry, (i, j)) in off.iter_mut().zip(PAIRS) {
+        let (flow, stretch) = differences(up, &inverse_stretch, i, j);
+        let stress = elasticity::stress_difference(params, &up.principal, i, j, stretch);
+        *entry = flow.mul_add(k_adj[i][j], stress * t_adj[i][j]);
+    }
+    let b_adj = spectral_adj(&up.spectrum, &inverse_stretch, &log_adj, &off);
+
+    // F_new = K F, b = F F^T.
+    let through_k = mul(&compose(&up.spectrum, &up.flow), f_new_adj);
+    let through_b = mul(&b_adj, &up.f_trial);
+    let mut out = *f_new_adj;
+    for i in 0..3 {
+        for j in 0..3 {
+            let direct = L::select(up.ret.yields, through_k[i][j], f_new_adj[i][j]);
+            out[i][j] = direct + (through_b[i][j] + through_b[i][j]);
+        }
+    }
+    out
+}
+
+/// `U^T sym(m) U`.
+#[inline(always)]
+fn to_eigenbasis<L: Lanes>(u: &M3<L>, m: &M3<L>) -> M3<L> {
+    let half = L::constant(0.5);
+    let mut sym = identity::<L>();
+    for i in 0..3 {
+        for j in 0..3 {
+            sym[i][j] = half * (m[i][j] + m[j][i]);
+        }
+    }
+    t_mul(u, &mul(&sym, u))
+}
+
+/// Divided differences of K's eigenvalues and of the new stretches with respect to b's eigenvalues.
+///
+/// With D = ln s_i - ln s_j and rho the slope of the return mapping between the two strains,
+/// `q_i - q_j = 2 sqrt(q_i q_j) sinh(rho D / 2)` and `s_i^2 - s_j^2 = 2 s_i s_j sinh D`; so for K with
+/// rho - 1. Both quotients are smooth at D = 0 when written with sinh(x)/x.
+#[inline(always)]
+fn differences<L: Lanes>(up: &Update<L>, inverse_stretch: &[L; 3], i: usize, j: usize) -> (L, L) {
+    let (one, half, zero) = (L::constant(1.0), L::constant(0.5), L::constant(0.0));
+    let d = up.spectrum.log[i] - up.spectrum.log[j];
+    let rho = slope(up, i, j, d);
+    let scale = (inverse_stretch[i] * inverse_stretch[j]).div(sinhc(d));
+    let q = &up.principal.stretch;
+    let half_d = half * d;
+    let stretch = (q[i] * q[j]).sqrt() * scale * half * rho * sinhc(rho * half_d);
+    let rest = rho - one;
+    let flow = (up.flow[i] * up.flow[j]).sqrt() * scale * half * rest * sinhc(rest * half_d);
+    (L::select(up.ret.yields, flow, zero), stretch)
+}
+
+/// `(strain_i - strain_j) / (ln s_i - ln s_j)`: the return mapping's ratio, unless one of the two trial
+/// stretches lies below the floor.
+#[inline(always)]
+fn slope<L: Lanes>(up: &Update<L>, i: usize, j: usize, d: L) -> L {
+    let ret = &up.ret;
+    if L::bits(L::and(ret.above[i], ret.above[j])) == u16::MAX {
+        return ret.ratio;
+    }
+    let tiny = L::constant(1e-30);
+    let safe = d.abs().max(tiny).copysign(d);
+    let quotient = (ret.strain[i] - ret.strain[j]).div(safe);
+    L::select(L::and(ret.above[i], ret.above[j]), ret.ratio, quotient)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lanes::{Kernel, LANES, Real, SimdLevel};
+    use super::*;
+    use crate::math::check::{Tolerance, directional};
+    use crate::math::rng::{Pcg64, normal, seeded};
+
+    /// Runs update, or its adjoint, on one deformation (9 numbers) in every lane.
+    struct One<'a> {
+        params: &'a Params,
+        f: &'a [f64],
+        /// Adjoints of F_new and tau (18 numbers).
+        adj: Option<&'a [f64]>,
+    }
+
+    impl<T: Real> Kernel<T> for One<'_> {
+        type Output = Vec<f64>;
+        #[inline(always)]
+        fn run<L: Lanes<Real = T>>(self) -> Vec<f64> {
+            let m = |x: &[f64]| -> M3<L> {
+                std::array::from_fn(|i| std::array::from_fn(|j| L::constant(x[3 * i + j])))
+            };
+            let mut out = Vec::new();
+            let mut push = |m: &M3<L>| {
+                let mut lanes = [T::default(); LANES];
+                for v in m.as_flattened() {
+                    v.store(&mut lanes);
+                    out.push(lanes[5].to_f64());
+                }
+            };
+            let up = update(self.params, m(self.f));
+            match self.adj {
+                None => {
+                    push(&up.f_new);
+                    push(&up.tau);
+                }
+                Some(adj) => push(&update_adj(self.params, &up, &m(adj), &m(&adj[9..]))),
+            }
+            out
+        }
+    }
+
+    fn run<T: Real>(params: &Params, f: &[f64], adj: Option<&[f64]>) -> Vec<f64> {
+        T::dispatch(SimdLevel::best(), One { params, f, adj })
+    }
+
+    fn check(rng: &mut Pcg64, params: &Params, f: &[f64]) {
+        // Stresses are thousands of pascals: scale them so that both outputs weigh alike.
+        let scaled = |v: Vec<f64>| -> Vec<f64> {
+            v.iter().enumerate().map(|(i, v)| if i < 9 { *v } else { v * 1e-3 }).collect()
+        };
+        directional(
+            rng,
+            f,
+            |f| scaled(run::<f64>(params, f, None)),
+            |f, y| run::<f64>(params, f, Some(&scaled(y.to_vec()))),
+            Tolerance { relative: 2e-6, absolute: 2e-7 },
+        );
+    }
+
+    fn near_identity(rng: &mut Pcg64, size: f64) -> Vec<f64> {
+        let mut f = vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        f.iter_mut().for_each(|v| *v += size * normal(rng));
+        f
+    }
+
+    #[test]
+    fn adjoint_at_random_elastic_and_yielding_states() {
+        let mut rng = seeded(1, "constitutive");
+        for yield_stress in [50.0, 150.0, 1e9] {
+            let params = Params { yield_stress, ..Params::default() };
+            for size in [1e-4, 1e-2, 0.1, 0.2] {
+                for _ in 0..10 {
+                    let f = near_identity(&mut rng, size);
+                    check(&mut rng, &params, &f);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn adjoint_where_stretches_coincide() {
+        let mut rng = seeded(2, "constitutive");
+        for yield_stress in [0.1, 150.0, 1e9] {
+            // At yield 0.1 the limit lies below the softening's 1e-4: even F = I yields.
+            let params = Params { yield_stress, ..Params::default() };
+            for f in [
+                [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+                [0.8, 0.0, 0.0, 0.0, 0.8, 0.0, 0.0, 0.0, 0.8],
+                [1.2, 0.0, 0.0, 0.0, 1.2, 0.0, 0.0, 0.0, 0.9],
+                // A rotation by a quarter turn: U^T F is not near the identity.
+                [0.0, -1.1, 0.0, 1.1, 0.0, 0.0, 0.0, 0.0, 1.0],
+            ] {
+                for _ in 0..5 {
+                    check(&mut rng, &params, &f);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn adjoint_close_to_the_yield_surface_on_both_sides() {
+        let mut rng = seeded(3, "constitutive");
+        let params = Params::default();
+        // Pure deviator of norm sqrt(2) e; the surface is at norm^2 + 1e-8 = yield_strain^2.
+        let e = ((params.yield_strain().powi(2) - 1e-8) / 2.0).sqrt();
+        for offset in [1e-3, -1e-3, 1e-5, -1e-5] {
+            let s = e * (1.0 + offset);
+            check(&mut rng, &params, &[s.exp(), 0.0, 0.0, 0.0, (-s).exp(), 0.0, 0.0, 0.0, 1.0]);
+        }
+        // Exactly on it the derivative is one-sided; it must still be finite.
+        let f = [e.exp(), 0.0, 0.0, 0.0, (-e).exp(), 0.0, 0.0, 0.0, 1.0];
+        assert!(run::<f64>(&params, &f, Some(&[1.0; 18])).iter().all(|v| v.is_finite()));
+    }
+
+    #[test]
+    fn adjoint_below_the_stretch_floor() {
+        let mut rng = seeded(4, "constitutive");
+        let params = Params::default();
+        for f in [
+            [0.03, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.1],
+            [0.03, 0.001, 0.0, 0.0, 0.04, 0.0, 0.0, 0.0, 1.1],
+        ] {
+            for _ in 0..5 {
+                check(&mut rng, &params, &f);
+            }
+        }
+    }
+
+    #[test]
+    fn plastic_flow_keeps_the_volume() {
+        let mut rng = seeded(5, "constitutive");
+        let params = Params::default();
+        let det = |f: &[f64]| nalgebra::Matrix3::from_row_slice(f).determinant();
+        for _ in 0..50 {
+            let f = near_identity(&mut rng, 0.2);
+            let out = run::<f64>(&params, &f, None);
+            approx::assert_relative_eq!(det(&out[..9]), det(&f), max_relative = 1e-11);
+        }
+    }
+
+    #[test]
+    fn uniaxial_stretch_has_its_closed_form() {
+        let params = Params { yield_stress: 1e9, ..Params::default() };
+        let q: f64 = 1.1;
+        let out = run::<f64>(&params, &[q, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], None);
+        let pressure = params.lambda() * q * (q - 1.0);
+        approx::assert_relative_eq!(
+            out[9],
+            2.0 * params.mu() * q * (q - 1.0) + pressure,
+            max_relative = 1e-12
+        );
+        approx::assert_relative_eq!(out[13], pressure, max_relative = 1e-12);
+    }
+
+    #[test]
+    fn single_precision_follows_double() {
+        let mut rng = seeded(6, "constitutive");
+        let params = Params::default();
+        for _ in 0..20 {
+            let f: Vec<f64> = near_identity(&mut rng, 0.1).iter().map(|v| f64::from(*v as f32)).collect();
+            let (single, double) = (run::<f32>(&params, &f, None), run::<f64>(&params, &f, None));
+            for i in 0..18 {
+                let scale = if i < 9 { 1.0 } else { params.youngs_modulus };
+                assert!((single[i] - double[i]).abs() < 3e-6 * scale, "{i}: {} {}", single[i], double[i]);
+            }
+        }
+    }
+}

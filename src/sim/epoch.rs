@@ -1,0 +1,66 @@
+//! The stretch of substeps that share one layout, and what is kept of it for the backward pass.
+//!
+//! A rollout is a list of epochs: one for each control step, and more where a particle outruns its layout.
+//! An epoch keeps the packed state at every substep and the grid's momentum and velocity; or, when memory
+//! is short, only the state at its start, from which the backward pass runs it again. Imports layout and
+//! particles.
+
+use super::lanes::Real;
+use super::layout::Layout;
+use super::particles::{BLOCK, blocks_for};
+use super::transfer::NODE;
+
+/// Everything the backward pass needs of an epoch's substeps. Reused from rollout to rollout, so that the
+/// steady state does not allocate.
+#[derive(Clone, Debug, Default)]
+pub struct Trace<T> {
+    /// Packed states, one more than substeps.
+    pub states: Vec<Vec<T>>,
+    /// Momentum and mass of the nodes at each substep.
+    pub momentum: Vec<Vec<T>>,
+    /// Velocity of the nodes at each substep.
+    pub velocity: Vec<Vec<T>>,
+}
+
+impl<T: Real> Trace<T> {
+    /// Makes room for `substeps` substeps of `particles` particles on a grid of `nodes` nodes.
+    pub fn resize(&mut self, substeps: usize, particles: usize, nodes: usize) {
+        let fit = |arrays: &mut Vec<Vec<T>>, count: usize, len: usize| {
+            if arrays.len() < count {
+                arrays.resize_with(count, Vec::new);
+            }
+            for array in &mut arrays[..count] {
+                array.resize(len, T::default());
+            }
+        };
+        fit(&mut self.states, substeps + 1, blocks_for(particles) * BLOCK);
+        fit(&mut self.momentum, substeps, nodes * NODE);
+        fit(&mut self.velocity, substeps, nodes * NODE);
+    }
+
+    /// Bytes that [`Trace::resize`] asks for.
+    pub fn bytes(substeps: usize, particles: usize, nodes: usize) -> usize {
+        let state = blocks_for(particles) * BLOCK * (substeps + 1);
+        (state + 2 * nodes * NODE * substeps) * size_of::<T>()
+    }
+}
+
+/// A stretch of substeps on one layout.
+#[derive(Clone, Debug, Default)]
+pub struct Epoch<T> {
+    /// First substep, counted over the rollout.
+    pub first: usize,
+    /// Substeps that were done on this layout.
+    pub count: usize,
+    pub layout: Layout,
+    /// For each slot, the particle's index in the caller's order.
+    pub ids: Vec<u32>,
+    /// For each slot, its slot at the end of the epoch before (for the first: the caller's order).
+    pub from_slot: Vec<u32>,
+    /// The packed state at the start.
+    pub start: Vec<T>,
+    /// The substeps, if they were kept.
+    pub trace: Trace<T>,
+    /// Whether they were.
+    pub kept: bool,
+}

@@ -1,0 +1,197 @@
+//! Sixteen particles at once: the vector type that every kernel is written against.
+//!
+//! A kernel is one text, generic over [`Lanes`]; [`Real::dispatch`] runs it with the widest vectors that
+//! the machine has, or with plain arrays. Intrinsics live in [`avx2`] and nowhere else; imports nothing
+//! of donut.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+mod elementary;
+mod matrix;
+mod portable;
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+pub use elementary::{exp, ln, sinhc};
+pub use matrix::{M3, congruence, det, identity, mul, mul_t, splat_m3, t_mul};
+pub use portable::Portable;
+
+/// Particles in a block, and lanes in a vector.
+pub const LANES: usize = 16;
+
+/// The scalar type of a simulation: `f32` for speed, `f64` as the reference.
+pub trait Real:
+    Copy
+    + PartialOrd
+    + Default
+    + Send
+    + Sync
+    + Debug
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// Rounds to this precision.
+    fn from_f64(v: f64) -> Self;
+    /// Widens; exact.
+    fn to_f64(self) -> f64;
+    /// Runs `kernel` with the vectors of `level`.
+    fn dispatch<K: Kernel<Self>>(level: SimdLevel, kernel: K) -> K::Output;
+}
+
+/// A piece of work that can be compiled for any vector type.
+///
+/// Implementations of [`Kernel::run`] must be `#[inline(always)]`, and so must all they call: only then
+/// does the code land inside the function that has the instruction set switched on.
+pub trait Kernel<T: Real> {
+    /// What the work returns.
+    type Output;
+    /// Does the work.
+    fn run<L: Lanes<Real = T>>(self) -> Self::Output;
+}
+
+/// Which instructions the kernels use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum SimdLevel {
+    /// Plain arrays, no fused multiply-add: the same bits on every machine.
+    Scalar,
+    /// AVX2 with FMA (x86-64).
+    Avx2,
+}
+
+impl SimdLevel {
+    /// The fastest level of this machine.
+    pub fn best() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            return Self::Avx2;
+        }
+        Self::Scalar
+    }
+
+    /// Whether this machine has the instructions.
+    pub fn is_available(self) -> bool {
+        self == Self::Scalar || self == Self::best()
+    }
+}
+
+impl Real for f32 {
+    #[inline(always)]
+    fn from_f64(v: f64) -> Self {
+        v as f32
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+    #[inline]
+    fn dispatch<K: Kernel<Self>>(level: SimdLevel, kernel: K) -> K::Output {
+        match level {
+            SimdLevel::Scalar => kernel.run::<Portable<f32>>(),
+            #[cfg(target_arch = "x86_64")]
+            SimdLevel::Avx2 => {
+                assert!(level.is_available(), "this machine has no AVX2");
+                // SAFETY: the instructions were just found to exist.
+                unsafe { avx2::run::<f32, avx2::F32x16, K>(kernel) }
+            }
+            #[cfg(not(target_arch = "x86_64"))]
+            SimdLevel::Avx2 => panic!("AVX2 exists on x86-64 only"),
+        }
+    }
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn from_f64(v: f64) -> Self {
+        v
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self
+    }
+    /// In f64 the vectors are always plain arrays, so that its bits do not depend on the machine; the
+    /// level only tells the compiler how wide it may make them.
+    #[inline]
+    fn dispatch<K: Kernel<Self>>(level: SimdLevel, kernel: K) -> K::Output {
+        match level {
+            SimdLevel::Scalar => kernel.run::<Portable<f64>>(),
+            #[cfg(target_arch = "x86_64")]
+            SimdLevel::Avx2 => {
+                assert!(level.is_available(), "this machine has no AVX2");
+                // SAFETY: the instructions were just found to exist.
+                unsafe { avx2::run::<f64, Portable<f64>, K>(kernel) }
+            }
+            #[cfg(not(target_arch = "x86_64"))]
+            SimdLevel::Avx2 => panic!("AVX2 exists on x86-64 only"),
+        }
+    }
+}
+
+/// Sixteen numbers that are computed with as one.
+///
+/// The transfers read the same sixteen as a *row*: four grid nodes along z with four components each
+/// (momentum and mass).
+pub trait Lanes:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> + 'static
+{
+    /// Type of one lane.
+    type Real: Real;
+    /// One truth value per lane.
+    type Mask: Copy;
+
+    /// All lanes equal.
+    fn splat(v: Self::Real) -> Self;
+    /// Reads the first 16 numbers of `from`; panics if there are fewer.
+    fn load(from: &[Self::Real]) -> Self;
+    /// Writes the first 16 numbers of `to`; panics if there are fewer.
+    fn store(self, to: &mut [Self::Real]);
+    /// `self * b + c`, fused where the machine can.
+    fn mul_add(self, b: Self, c: Self) -> Self;
+    /// `self / b`.
+    fn div(self, b: Self) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Lane-wise maximum.
+    fn max(self, b: Self) -> Self;
+    /// Lane-wise minimum.
+    fn min(self, b: Self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Largest integer not above.
+    fn floor(self) -> Self;
+    /// Magnitude of `self`, sign of `sign`.
+    fn copysign(self, sign: Self) -> Self;
+    /// `self > b`; false for NaN.
+    fn gt(self, b: Self) -> Self::Mask;
+    /// `a` where the mask holds, else `b`.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+    /// Both masks.
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// The lanes of the mask as bits, lane 0 lowest.
+    fn bits(mask: Self::Mask) -> u16;
+    /// `2^n` for integral lanes within the exponent range.
+    fn exp2i(self) -> Self;
+    /// (exponent, mantissa) of positive normal lanes, the mantissa in `[sqrt(1/2), sqrt(2))`.
+    fn split_exponent(self) -> (Self, Self);
+
+    /// The four numbers, four times: one component vector for each node of a row.
+    fn repeat4(q: &[Self::Real]) -> Self;
+    /// Each of the four numbers four times in a row: one weight for each node of a row.
+    fn spread4(q: &[Self::Real]) -> Self;
+    /// Sums each row over its nodes: `[sum a, sum b, sum c, sum d]`, four components each.
+    fn sum_nodes(a: Self, b: Self, c: Self, d: Self) -> Self;
+    /// Transposes 16 vectors of 16 lanes in place.
+    fn transpose(m: &mut [Self; LANES]);
+
+    /// All lanes equal to a constant.
+    #[inline(always)]
+    fn constant(v: f64) -> Self {
+        Self::splat(Self::Real::from_f64(v))
+    }
+}

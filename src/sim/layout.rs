@@ -1,0 +1,260 @@
+//! The sparse grid: which nodes exist, where they stand in memory, and in which order particles lie.
+//!
+//! Built from the particles' cells (once per control step, and again in between if a particle outruns
+//! its margin); used by every grid kernel. Nodes are stored as *pencils*: for each (i, j) that some
+//! particle may touch, a contiguous run of nodes along z. Imports lanes and particles.
+
+use std::ops::Range;
+
+use super::lanes::{LANES, Real};
+use super::particles::{X, blocks_for, index};
+
+/// Cells a particle may drift from where it was sorted before the layout must be rebuilt.
+const MARGIN: usize = 1;
+/// Particles that one part should have at least: below that, splitting costs more than it gains.
+const PART_MIN: usize = 1024;
+/// Most parts a layout is split into. A fixed number, never the number of threads, so that sums are
+/// taken in the same order whatever the machine.
+const PARTS_MAX: usize = 8;
+
+/// A run of nodes along z at one (i, j).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pencil {
+    /// Node indices on the x and y axes.
+    pub i: u16,
+    pub j: u16,
+    /// First node index on the z axis.
+    pub k: u16,
+    /// Number of nodes.
+    pub len: u16,
+    /// Where its first node stands in a node array.
+    pub start: u32,
+}
+
+/// Particles that are scattered by one worker, and the nodes they can reach.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Part {
+    /// Blocks of particles.
+    pub blocks: Range<usize>,
+    /// Nodes (whole slabs of constant i) that these particles can touch.
+    pub nodes: Range<usize>,
+    /// Base cells on the x axis that these particles may have.
+    pub base_x: Range<i32>,
+}
+
+/// The sparse grid of one epoch.
+#[derive(Clone, Debug, Default)]
+pub struct Layout {
+    /// Nodes per axis of the whole grid.
+    nodes: usize,
+    /// Number of particles.
+    pub particles: usize,
+    /// Total number of stored nodes, padding included.
+    pub len: usize,
+    /// For each (i, j): where node k = 0 would stand; meaningless where no pencil is.
+    origin: Vec<i32>,
+    /// For each base cell (i, j): allowed range of the base cell's k, empty where none is.
+    base: Vec<(i16, i16)>,
+    /// All pencils, i-major.
+    pub pencils: Vec<Pencil>,
+    /// First pencil of each slab i, and the end.
+    slab: Vec<u32>,
+    /// Workers' shares of particles.
+    pub parts: Vec<Part>,
+    /// Workers' shares of pencils.
+    pub pencil_parts: Vec<Range<usize>>,
+}
+
+/// The nine pencils around a base cell: where node k of each would stand.
+pub type Stencil = [i32; 9];
+
+impl Layout {
+    /// Sorts packed particles by cell and lays out the grid around them.
+    ///
+    /// Returns the layout and, for each new slot, the old slot. The order is stable, so it depends on
+    /// the particles alone.
+    pub fn build<T: Real>(nodes: usize, particles: usize, packed: &[T]) -> (Self, Vec<u32>) {
+        let scale = T::from_f64(nodes as f64);
+        let half = T::from_f64(0.5);
+        let cell = |slot: usize, axis: usize| -> usize {
+            let base = (packed[index(slot, X + axis)] * scale - half).to_f64() as i64;
+            base.clamp(0, nodes as i64 - 3) as usize
+        };
+        let keys: Vec<u32> =
+            (0..particles).map(|s| ((cell(s, 0) * nodes + cell(s, 1)) * nodes + cell(s, 2)) as u32).collect();
+        let mut order: Vec<u32> = (0..particles as u32).collect();
+        order.sort_by_key(|&s| keys[s as usize]);
+        let sorted: Vec<[i32; 3]> = order
+            .iter()
+            .map(|&s| {
+                let key = keys[s as usize] as usize;
+                [key / (nodes * nodes), key / nodes % nodes, key % nodes].map(|v| v as i32)
+            })
+            .collect();
+
+        let mut layout = Self { nodes, particles, ..Self::default() };
+        layout.mark_bases(&sorted);
+        layout.lay_pencils();
+        layout.split(&sorted);
+        (layout, order)
+    }
+
+    /// Marks every base cell that a particle may have before the next build.
+    fn mark_bases(&mut self, sorted: &[[i32; 3]]) {
+        let last = self.nodes as i32 - 3;
+        let m = MARGIN as i32;
+        self.base = vec![(i16::MAX, i16::MIN); self.nodes * self.nodes];
+        let mut previous = [-1; 3];
+        for &cell in sorted {
+            if cell == previous {
+                continue;
+            }
+            previous = cell;
+            let (lo, hi) = ((cell[2] - m).max(0) as i16, (cell[2] + m).min(last) as i16);
+            for i in (cell[0] - m).max(0)..=(cell[0] + m).min(last) {
+                for j in (cell[1] - m).max(0)..=(cell[1] + m).min(last) {
+                    let range = &mut self.base[i as usize * self.nodes + j as usize];
+                    *range = (range.0.min(lo), range.1.max(hi));
+                }
+            }
+        }
+    }
+
+    /// Gives every (i, j) within two nodes of a base cell a pencil long enough for all of them.
+    fn lay_pencils(&mut self) {
+        let n = self.nodes;
+        let mut range = vec![(i16::MAX, i16::MIN); n * n];
+        for i in 0..n - 2 {
+            for j in 0..n - 2 {
+                let (lo, hi) = self.base[i * n + j];
+                if lo > hi {
+                    continue;
+                }
+                for a in 0..3 {
+                    for b in 0..3 {
+                        let r = &mut range[(i + a) * n + j + b];
+                        *r = (r.0.min(lo), r.1.max(hi + 2));
+                    }
+                }
+            }
+        }
+        self.origin = vec![0; n * n];
+        let mut start = 0usize;
+        for i in 0..n {
+            self.slab.push(self.pencils.len() as u32);
+            for j in 0..n {
+                let (lo, hi) = range[i * n + j];
+                if lo > hi {
+                    continue;
+                }
+                let len = (hi - lo + 1) as usize;
+                let (i16, j16, k16) = (i as u16, j as u16, lo as u16);
+                self.pencils.push(Pencil { i: i16, j: j16, k: k16, len: len as u16, start: start as u32 });
+                self.origin[i * n + j] = start as i32 - i32::from(lo);
+                // One node of padding, because rows are read four nodes at a time.
+                start += len + 1;
+            }
+        }
+        self.slab.push(self.pencils.len() as u32);
+        self.len = start;
+    }
+
+    /// Splits particles and pencils into shares of about equal size.
+    fn split(&mut self, sorted: &[[i32; 3]]) {
+        let blocks = blocks_for(self.particles);
+        let parts = (self.particles / PART_MIN).clamp(1, PARTS_MAX);
+        for p in 0..parts {
+            let range = p * blocks / parts..(p + 1) * blocks / parts;
+            let slots = range.start * LANES..(range.end * LANES).min(self.particles);
+            let (first, last) = (sorted[slots.start][0], sorted[slots.end - 1][0]);
+            let lo = (first - MARGIN as i32).max(0);
+            let hi = (last + MARGIN as i32).min(self.nodes as i32 - 3);
+            let nodes = self.slab_start(lo as usize)..self.slab_start(hi as usize + 3);
+            self.parts.push(Part { blocks: range, nodes, base_x: lo..hi + 1 });
+        }
+        let count = self.pencils.len();
+        self.pencil_parts = (0..parts).map(|p| p * count / parts..(p + 1) * count / parts).collect();
+    }
+
+    /// Where slab `i` starts in a node array.
+    fn slab_start(&self, i: usize) -> usize {
+        self.pencils.get(self.slab[i] as usize).map_or(self.len, |p| p.start as usize)
+    }
+
+    /// The nodes of a range of pencils.
+    pub fn nodes_of(&self, pencils: &Range<usize>) -> Range<usize> {
+        let start = |p: usize| self.pencils.get(p).map_or(self.len, |p| p.start as usize);
+        start(pencils.start)..start(pencils.end)
+    }
+
+    /// The pencils around base cell `cell` for a particle of `part`, or `None` if the particle has left
+    /// the region the layout was built for.
+    #[inline(always)]
+    pub fn stencil(&self, part: &Part, cell: [i32; 3]) -> Option<Stencil> {
+        if !part.base_x.contains(&cell[0]) || cell[1] < 0 || cell[1] as usize >= self.nodes - 2 {
+            return None;
+        }
+        let at = cell[0] as usize * self.nodes + cell[1] as usize;
+        let (lo, hi) = self.base[at];
+        if cell[2] < i32::from(lo) || cell[2] > i32::from(hi) {
+            return None;
+        }
+        let mut rows = [0; 9];
+        for a in 0..3 {
+            for b in 0..3 {
+                rows[3 * a + b] = self.origin[at + a * self.nodes + b] + cell[2];
+            }
+        }
+        Some(rows)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::particles::{BLOCK, ParticleState, pack};
+    use super::*;
+    use crate::math::rng::{seeded, uniform};
+
+    fn layout(n: usize) -> (Layout, Vec<f64>) {
+        let mut rng = seeded(1, "layout");
+        let x = (0..n).map(|_| std::array::from_fn(|_| 0.3 + 0.2 * uniform(&mut rng))).collect();
+        let state = ParticleState::at_rest(x);
+        let identity: Vec<u32> = (0..n as u32).collect();
+        let mut packed = vec![0.0; blocks_for(n) * BLOCK];
+        pack(&state, &identity, &mut packed);
+        let (layout, order) = Layout::build(64, n, &packed);
+        let mut sorted = vec![0.0; packed.len()];
+        super::super::particles::permute(&packed, &order, &mut sorted);
+        (layout, sorted)
+    }
+
+    #[test]
+    fn every_particle_finds_its_nodes_even_after_a_cell_of_drift() {
+        let (layout, sorted) = layout(3000);
+        for part in &layout.parts {
+            for slot in part.blocks.start * LANES..(part.blocks.end * LANES).min(3000) {
+                let cell: [i32; 3] =
+                    std::array::from_fn(|a| (sorted[index(slot, X + a)] * 64.0 - 0.5) as i32);
+                for drift in [[0, 0, 0], [1, 0, 0], [0, -1, 0], [-1, 1, 1]] {
+                    let moved = std::array::from_fn(|a| cell[a] + drift[a]);
+                    let rows = layout.stencil(part, moved).expect("within the margin");
+                    for row in rows {
+                        let row = row as usize;
+                        assert!(part.nodes.contains(&row) && row + 4 <= layout.len + 1);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn pencils_tile_the_node_array() {
+        let (layout, _) = layout(500);
+        let mut next = 0;
+        for p in &layout.pencils {
+            assert_eq!(p.start, next);
+            next += u32::from(p.len) + 1;
+        }
+        assert_eq!(next as usize, layout.len);
+    }
+}

@@ -1,0 +1,212 @@
+//! Particles to grid (P2G) with the constitutive update before it, and the adjoint of both.
+//!
+//! A part's particles come in; their mass and momentum on the part's nodes and their new deformation go
+//! out (MLS-MPM, Hu et al. 2018, with APIC's affine matrix, Jiang et al. 2015). Imports the transfers.
+
+use super::block::{load_m3, load3, store_m3, store3};
+use super::constitutive::{inverted, trial, trial_adj, update, update_adj};
+use super::kernel::{ParticleRows, Weights, to_lanes, to_particles, weight_derivatives, weights};
+use super::lanes::{Kernel, LANES, Lanes, M3, Real, splat_m3};
+use super::layout::{Layout, Part};
+use super::params::Params;
+use super::particles::{BLOCK, C, F, V, X};
+use super::transfer::{Gather, Scatter};
+
+/// How a part's P2G ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// All particles were scattered.
+    Done,
+    /// A particle has left the region that the layout covers: build a new one and try again.
+    Escaped,
+    /// The deformation of the particle in this slot inverted or is not a number.
+    BadDeformation { slot: usize },
+}
+
+/// Constitutive update and P2G of one part.
+pub struct ParticlesToGrid<'a, T> {
+    pub params: &'a Params,
+    pub layout: &'a Layout,
+    pub part: &'a Part,
+    /// All packed particles at the substep's start.
+    pub state: &'a [T],
+    /// The part's particles at its end: receives the new F.
+    pub next: &'a mut [T],
+    /// The part's nodes: momentum and mass.
+    pub grid: &'a mut [T],
+}
+
+/// The affine momentum matrix, `A = -dt Vol 4/dx^2 tau + m C`, times dx.
+#[inline(always)]
+fn affine<L: Lanes>(params: &Params, tau: &M3<L>, c: &M3<L>) -> M3<L> {
+    let stress = L::constant(params.stress_factor() * params.dx());
+    let mass = L::constant(params.particle_mass() * params.dx());
+    let mut a = *c;
+    for i in 0..3 {
+        for j in 0..3 {
+            a[i][j] = stress.mul_add(tau[i][j], mass * c[i][j]);
+        }
+    }
+    a
+}
+
+/// Adjoint of [`affine`]: adjoints of tau and C.
+#[inline(always)]
+fn affine_adj<L: Lanes>(params: &Params, a_adj: &M3<L>) -> (M3<L>, M3<L>) {
+    let stress = L::constant(params.stress_factor() * params.dx());
+    let mass = L::constant(params.particle_mass() * params.dx());
+    let (mut tau_adj, mut c_adj) = (*a_adj, *a_adj);
+    for i in 0..3 {
+        for j in 0..3 {
+            tau_adj[i][j] = stress * a_adj[i][j];
+            c_adj[i][j] = mass * a_adj[i][j];
+        }
+    }
+    (tau_adj, c_adj)
+}
+
+/// What a node at offset o receives: `m v + A (o - f)` and m, as a polynomial in o.
+#[inline(always)]
+fn contribution<L: Lanes>(mass: L, v: &[L; 3], a: &M3<L>, f: &[L; 3]) -> ParticleRows<L::Real> {
+    let mut q = [L::constant(0.0); LANES];
+    for i in 0..3 {
+        let at_f = a[i][2].mul_add(f[2], a[i][1].mul_add(f[1], a[i][0] * f[0]));
+        q[i] = mass * v[i] - at_f;
+        for j in 0..3 {
+            q[4 + 4 * j + i] = a[i][j];
+        }
+    }
+    q[3] = mass;
+    to_particles(q)
+}
+
+/// Real particles in block `b`; the rest of its lanes is padding.
+#[inline(always)]
+pub(super) fn particles_in(layout: &Layout, b: usize) -> usize {
+    (layout.particles - b * LANES).min(LANES)
+}
+
+impl<T: Real> Kernel<T> for ParticlesToGrid<'_, T> {
+    type Output = Outcome;
+
+    #[inline(always)]
+    fn run<L: Lanes<Real = T>>(self) -> Outcome {
+        let params = self.params;
+        self.grid.fill(T::default());
+        let mut scatter = Scatter::<L>::new(self.layout, self.part, self.grid);
+        let blocks = &self.state.as_chunks::<BLOCK>().0[self.part.blocks.clone()];
+        let next = self.next.as_chunks_mut::<BLOCK>().0;
+        for (k, (block, next)) in blocks.iter().zip(next).enumerate() {
+            let b = self.part.blocks.start + k;
+            let count = particles_in(self.layout, b);
+            let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
+            let (c, f) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
+            let up = update(params, trial(params.dt, &c, &f));
+            let bad = inverted(&up.f_trial);
+            if bad != 0 && bad.trailing_zeros() < count as u32 {
+                return Outcome::BadDeformation { slot: b * LANES + bad.trailing_zeros() as usize };
+            }
+            store_m3(next, F, &up.f_new);
+            let w = weights(params.nodes, &x);
+            let a = affine(params, &up.tau, &c);
+            let q = contribution(L::constant(params.particle_mass()), &v, &a, &w.f);
+            for lane in 0..count {
+                if !scatter.add(&w.rows[lane], &q[lane]) {
+                    return Outcome::Escaped;
+                }
+            }
+        }
+        scatter.flush();
+        Outcome::Done
+    }
+}
+
+/// Adjoint of [`ParticlesToGrid`] for one part.
+pub struct ParticlesToGridAdj<'a, T> {
+    pub params: &'a Params,
+    pub layout: &'a Layout,
+    pub part: &'a Part,
+    /// All packed particles at the substep's start.
+    pub state: &'a [T],
+    /// Adjoint of momentum and mass, all nodes.
+    pub grid_adj: &'a [T],
+    /// The part's particles. In: the adjoint of the new F, and in x what came through G2P. Out: the
+    /// adjoint of the whole state at the substep's start.
+    pub adj: &'a mut [T],
+}
+
+impl<T: Real> Kernel<T> for ParticlesToGridAdj<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes<Real = T>>(self) {
+        let params = self.params;
+        let mass = L::constant(params.particle_mass());
+        let mut gather = Gather::<L>::new(self.layout, self.part, self.grid_adj);
+        let blocks = &self.state.as_chunks::<BLOCK>().0[self.part.blocks.clone()];
+        let adj = self.adj.as_chunks_mut::<BLOCK>().0;
+        for (k, (block, adj)) in blocks.iter().zip(adj).enumerate() {
+            let count = particles_in(self.layout, self.part.blocks.start + k);
+            let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
+            let (c, f) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
+            let up = update(params, trial(params.dt, &c, &f));
+            let a = affine(params, &up.tau, &c);
+            let w = weights(params.nodes, &x);
+            let q = contribution(mass, &v, &a, &w.f);
+
+            let (v_adj, a_adj, x_adj) = scatter_adj(&mut gather, &w, &q, &a, count);
+            let (tau_adj, c_adj) = affine_adj(params, &a_adj);
+            let f_trial_adj = update_adj(params, &up, &load_m3(adj, F), &tau_adj);
+            let (c_trial_adj, f_adj) = trial_adj(params.dt, &c, &f, &f_trial_adj);
+
+            let cells = L::constant(params.nodes as f64);
+            let through_g2p = load3::<L>(adj, X);
+            let mut x_total = x_adj;
+            let mut v_total = v_adj;
+            let mut c_total = c_adj;
+            for i in 0..3 {
+                x_total[i] = x_adj[i].mul_add(cells, through_g2p[i]);
+                v_total[i] = mass * v_adj[i];
+                for j in 0..3 {
+                    c_total[i][j] = c_adj[i][j] + c_trial_adj[i][j];
+                }
+            }
+            store3(adj, X, &x_total);
+            store3(adj, V, &v_total);
+            store_m3(adj, C, &c_total);
+            store_m3(adj, F, &f_adj);
+        }
+    }
+}
+
+/// Adjoint of the scatter of a block: of m v, of A dx, and of f (by the weights and by `o - f`).
+#[inline(always)]
+fn scatter_adj<L: Lanes>(
+    gather: &mut Gather<'_, L>,
+    w: &Weights<L>,
+    q: &ParticleRows<L::Real>,
+    a: &M3<L>,
+    count: usize,
+) -> ([L; 3], M3<L>, [L; 3]) {
+    let dw = weight_derivatives(&w.f);
+    let mut moments = [[L::Real::default(); LANES]; LANES];
+    let mut gradient = moments;
+    for lane in 0..count {
+        gather.move_to(&w.rows[lane]);
+        gather.moments(&w.rows[lane]).store(&mut moments[lane]);
+        gather.weight_gradient(&w.rows[lane], &dw[lane], &q[lane]).store(&mut gradient[lane]);
+    }
+    let (p, d) = (to_lanes::<L>(&moments), to_lanes::<L>(&gradient));
+    let v_adj = [p[0], p[1], p[2]];
+    let mut a_adj = splat_m3::<L>(0.0);
+    let mut f_adj = v_adj;
+    for j in 0..3 {
+        for i in 0..3 {
+            a_adj[i][j] = p[4 + 4 * j + i] - v_adj[i] * w.f[j];
+        }
+        let through_weights = (d[4 * j] + d[4 * j + 1]) + (d[4 * j + 2] + d[4 * j + 3]);
+        let through_offset = a[0][j].mul_add(v_adj[0], a[1][j].mul_add(v_adj[1], a[2][j] * v_adj[2]));
+        f_adj[j] = through_weights - through_offset;
+    }
+    (v_adj, a_adj, f_adj)
+}

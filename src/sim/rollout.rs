@@ -1,0 +1,479 @@
+//! Rollouts: from a start state and actions to a trajectory, and from a loss back to the actions.
+//!
+//! [`Simulator::rollout`] runs the substeps and keeps what the backward pass needs;
+//! [`Simulator::rollout_adj`] takes the loss's derivatives at the ends of control steps and returns the
+//! gradient. Everything is allocated once and reused. Imports the rest of sim.
+
+use std::sync::Arc;
+
+use super::epoch::{Epoch, Trace};
+use super::error::{Operation, SimError};
+use super::lanes::{Real, SimdLevel};
+use super::layout::Layout;
+use super::params::Params;
+use super::particles::{
+    BLOCK, FIELDS, ParticleState, X, blocks_for, index, pack, permute, permute_adj, unpack,
+};
+use super::substep::{Substep, SubstepAdj, Workspace};
+use super::tool::motion::{advance, advance_adj, substep_share, substep_share_adj};
+use super::tool::{PoseAdj, Tool, ToolPose};
+use crate::math::cloud::Point;
+
+/// How a simulator runs; none of it changes results beyond rounding.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Threads that share a rollout's work. The result does not depend on it.
+    pub threads: usize,
+    /// Instructions to use.
+    pub simd: SimdLevel,
+    /// Memory for the substeps that the backward pass needs, bytes. What does not fit is run again from
+    /// the start of its control step.
+    pub memory_limit: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { threads: 1, simd: SimdLevel::best(), memory_limit: 1 << 30 }
+    }
+}
+
+/// Derivatives of a loss at the end of one control step (entry 0: at the start). An empty vector stands
+/// for zeros.
+#[derive(Clone, Debug, Default)]
+pub struct StepSeed {
+    /// By the particles' positions, caller's order.
+    pub positions: Vec<Point>,
+    /// By their velocities.
+    pub velocities: Vec<Point>,
+    /// By the tools' poses.
+    pub poses: Vec<PoseAdj>,
+}
+
+/// What the backward pass returns.
+#[derive(Clone, Debug)]
+pub struct RolloutGradient {
+    /// By the actions: control steps x components of all tools in order.
+    pub actions: Vec<Vec<f64>>,
+    /// By the tools' start poses.
+    pub start_poses: Vec<PoseAdj>,
+    /// By the start state.
+    pub start_state: ParticleState,
+}
+
+/// One simulated world with room for a rollout and its gradient.
+pub struct Simulator<T: Real> {
+    params: Params,
+    tools: Vec<Tool>,
+    options: Options,
+    pool: Option<Arc<rayon::ThreadPool>>,
+    particles: usize,
+    steps: usize,
+    actions: Vec<Vec<f64>>,
+    /// Poses of all tools at every substep.
+    poses: Vec<Vec<ToolPose>>,
+    /// Epochs; those from `used` on are spare.
+    epochs: Vec<Epoch<T>>,
+    used: usize,
+    /// Substeps of an epoch that is not kept.
+    scratch: Trace<T>,
+    /// Packed state at the end of the rollout so far.
+    end: Vec<T>,
+    workspace: Workspace<T>,
+}
+
+impl<T: Real> Simulator<T> {
+    /// A world with the given tools, in the order in which they act and in which actions list them.
+    pub fn new(params: Params, tools: Vec<Tool>, options: Options) -> Self {
+        let pool = (options.threads > 1).then(|| {
+            let builder = rayon::ThreadPoolBuilder::new().num_threads(options.threads);
+            Arc::new(builder.build().expect("threads can be started"))
+        });
+        Self {
+            params,
+            tools,
+            options,
+            pool,
+            particles: 0,
+            steps: 0,
+            actions: Vec::new(),
+            poses: Vec::new(),
+            epochs: Vec::new(),
+            used: 0,
+            scratch: Trace::default(),
+            end: Vec::new(),
+            workspace: Workspace::default(),
+        }
+    }
+
+    /// The world's parameters.
+    pub fn params(&self) -> &Params {
+        &self.params
+    }
+
+    /// The world's tools.
+    pub fn tools(&self) -> &[Tool] {
+        &self.tools
+    }
+
+    /// Runs `actions` (control steps x components of all tools in order) from a start state and poses.
+    ///
+    /// # Errors
+    /// [`SimError`] where the arrays do not fit together, a particle starts outside the box, or the
+    /// simulation breaks down; the trajectory is then unusable, the simulator is not.
+    pub fn rollout(
+        &mut self,
+        start: &ParticleState,
+        poses: &[ToolPose],
+        actions: &[Vec<f64>],
+    ) -> Result<(), SimError> {
+        self.check(start, poses, actions)?;
+        self.particles = start.len();
+        self.steps = actions.len();
+        self.actions = actions.to_vec();
+        self.used = 0;
+        self.move_tools(poses);
+        let identity: Vec<u32> = (0..start.len() as u32).collect();
+        self.end.resize(blocks_for(start.len()) * BLOCK, T::default());
+        pack(start, &identity, &mut self.end);
+        let mut ids = identity;
+        let mut memory = self.options.memory_limit;
+        let substeps = self.params.substeps;
+        for step in 0..self.steps {
+            let mut done = 0;
+            while done < substeps {
+                let (count, bytes) =
+                    self.run_epoch(step * substeps + done, substeps - done, &mut ids, memory)?;
+                memory = memory.saturating_sub(bytes);
+                done += count;
+            }
+        }
+        // One more sort, so that the last state has a place like all others.
+        self.open_epoch(self.steps * substeps, &mut ids);
+        Ok(())
+    }
+
+    fn check(&self, start: &ParticleState, poses: &[ToolPose], actions: &[Vec<f64>]) -> Result<(), SimError> {
+        let shape = |text: String| Err(SimError::Shape(text));
+        let n = start.len();
+        if n == 0 || start.v.len() != n || start.c.len() != n || start.f.len() != n {
+            return shape(format!(
+                "a state needs x, v, C and F of the same particles, at least one; x has {n}"
+            ));
+        }
+        if poses.len() != self.tools.len() {
+            return shape(format!("{} tools need as many poses, not {}", self.tools.len(), poses.len()));
+        }
+        let width: usize = self.tools.iter().map(Tool::action_len).sum();
+        if let Some((step, row)) = actions.iter().enumerate().find(|(_, row)| row.len() != width) {
+            return shape(format!("action {step} has {} components, the tools take {width}", row.len()));
+        }
+        let top = self.params.position_bounds().1;
+        for i in 0..n {
+            if start.fields(i).iter().any(|v| !v.is_finite()) {
+                return Err(SimError::NonFinite {
+                    operation: Operation::Start,
+                    step: 0,
+                    substep: 0,
+                    particle: i,
+                });
+            }
+            if start.x[i].iter().any(|v| *v < 0.0 || *v > top) {
+                return shape(format!("particle {i} starts outside the box [0, {top}] at {:?}", start.x[i]));
+            }
+        }
+        Ok(())
+    }
+
+    /// Fills in the tools' poses at every substep.
+    fn move_tools(&mut self, start: &[ToolPose]) {
+        self.poses.clear();
+        self.poses.push(start.to_vec());
+        for row in &self.actions {
+            for _ in 0..self.params.substeps {
+                let mut next = self.poses.last().expect("has the start").clone();
+                let mut rest = row.as_slice();
+                for (pose, tool) in next.iter_mut().zip(&self.tools) {
+                    let (action, others) = rest.split_at(tool.action_len());
+                    let u = substep_share(tool, action, self.params.substeps);
+                    *pose = advance(tool, pose, &u);
+                    rest = others;
+                }
+                self.poses.push(next);
+            }
+        }
+    }
+
+    /// Sorts the current state into a fresh epoch.
+    fn open_epoch(&mut self, first: usize, ids: &mut Vec<u32>) {
+        if self.used == self.epochs.len() {
+            self.epochs.push(Epoch::default());
+        }
+        let epoch = &mut self.epochs[self.used];
+        self.used += 1;
+        let (layout, from_slot) = Layout::build(self.params.nodes, self.particles, &self.end);
+        *ids = from_slot.iter().map(|&s| ids[s as usize]).collect();
+        epoch.first = first;
+        epoch.count = 0;
+        epoch.kept = true;
+        epoch.start.resize(self.end.len(), T::default());
+        permute(&self.end, &from_slot, &mut epoch.start);
+        epoch.ids = ids.clone();
+        epoch.from_slot = from_slot;
+        epoch.layout = layout;
+    }
+
+    /// Runs up to `wanted` substeps on one layout; returns how many, and the bytes kept of them.
+    fn run_epoch(
+        &mut self,
+        first: usize,
+        wanted: usize,
+        ids: &mut Vec<u32>,
+        memory: usize,
+    ) -> Result<(usize, usize), SimError> {
+        self.open_epoch(first, ids);
+        let at = self.used - 1;
+        let bytes = Trace::<T>::bytes(wanted, self.particles, self.epochs[at].layout.len);
+        let kept = bytes <= memory;
+        let mut epoch = std::mem::take(&mut self.epochs[at]);
+        epoch.kept = kept;
+        let mut trace =
+            if kept { std::mem::take(&mut epoch.trace) } else { std::mem::take(&mut self.scratch) };
+        let outcome = self.run_substeps(&mut epoch, &mut trace, wanted);
+        if outcome.is_ok() {
+            self.end.copy_from_slice(&trace.states[epoch.count]);
+        }
+        if kept {
+            epoch.trace = trace;
+        } else {
+            self.scratch = trace;
+        }
+        let count = epoch.count;
+        self.epochs[at] = epoch;
+        outcome.map(|()| (count, if kept { bytes } else { 0 }))
+    }
+
+    /// Runs up to `wanted` substeps from the epoch's start; `epoch.count` says how many the layout allowed.
+    fn run_substeps(
+        &mut self,
+        epoch: &mut Epoch<T>,
+        trace: &mut Trace<T>,
+        wanted: usize,
+    ) -> Result<(), SimError> {
+        trace.resize(wanted, self.particles, epoch.layout.len);
+        trace.states[0].copy_from_slice(&epoch.start);
+        let pool = self.pool.clone();
+        let mut work = || {
+            for k in 0..wanted {
+                let t = epoch.first + k;
+                let (before, after) = trace.states.split_at_mut(k + 1);
+                let substep = Substep {
+                    params: &self.params,
+                    simd: self.options.simd,
+                    parallel: self.options.threads > 1,
+                    tools: &self.tools,
+                    layout: &epoch.layout,
+                    start: &self.poses[t],
+                    end: &self.poses[t + 1],
+                };
+                let done = substep
+                    .run(
+                        &before[k],
+                        &mut after[0],
+                        &mut trace.momentum[k],
+                        &mut trace.velocity[k],
+                        &mut self.workspace,
+                    )
+                    .map_err(|fault| fault.locate(t, self.params.substeps, &epoch.ids))?;
+                if !done {
+                    break;
+                }
+                epoch.count = k + 1;
+            }
+            assert!(epoch.count > 0, "a fresh layout holds every particle");
+            Ok(())
+        };
+        match &pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+
+    /// The gradient of a loss whose derivatives at the ends of control steps are `seeds` (at most one more
+    /// than control steps; missing ones are zero).
+    ///
+    /// # Errors
+    /// [`SimError::Shape`] if a seed does not fit the rollout. Simulation errors cannot occur: the forward
+    /// pass went through.
+    pub fn rollout_adj(&mut self, seeds: &[StepSeed]) -> Result<RolloutGradient, SimError> {
+        self.check_seeds(seeds)?;
+        let width: usize = self.tools.iter().map(Tool::action_len).sum();
+        let mut actions_adj = vec![vec![0.0; width]; self.steps];
+        let mut poses_adj = vec![PoseAdj::default(); self.tools.len()];
+        let mut adj = vec![T::default(); self.end.len()];
+        let mut before = adj.clone();
+        let substeps = self.params.substeps;
+        for at in (0..self.used).rev() {
+            let epoch = std::mem::take(&mut self.epochs[at]);
+            for k in (0..epoch.count).rev() {
+                if k + 1 == epoch.count {
+                    self.ensure_trace(&epoch)?;
+                }
+                let t = epoch.first + k;
+                let trace = if epoch.kept { &epoch.trace } else { &self.scratch };
+                let substep = Substep {
+                    params: &self.params,
+                    simd: self.options.simd,
+                    parallel: self.options.threads > 1,
+                    tools: &self.tools,
+                    layout: &epoch.layout,
+                    start: &self.poses[t],
+                    end: &self.poses[t + 1],
+                };
+                let job = SubstepAdj {
+                    substep,
+                    state: &trace.states[k],
+                    next: &trace.states[k + 1],
+                    momentum: &trace.momentum[k],
+                    velocity: &trace.velocity[k],
+                };
+                let (workspace, adj) = (&mut self.workspace, &mut adj);
+                let (start_adj, end_adj) = match &self.pool {
+                    Some(pool) => pool.install(|| job.run(adj, workspace)),
+                    None => job.run(adj, workspace),
+                };
+                let step = t / substeps;
+                for (total, end) in poses_adj.iter_mut().zip(&end_adj) {
+                    total.add(end);
+                }
+                self.move_tools_adj(t, &mut poses_adj, &mut actions_adj[step]);
+                for (total, start) in poses_adj.iter_mut().zip(&start_adj) {
+                    total.add(start);
+                }
+            }
+            if epoch.first % substeps == 0 {
+                add_seed(seeds.get(epoch.first / substeps), &epoch.ids, &mut adj, &mut poses_adj);
+            }
+            permute_adj(&epoch.from_slot, &adj, &mut before);
+            std::mem::swap(&mut adj, &mut before);
+            self.epochs[at] = epoch;
+        }
+        let identity: Vec<u32> = (0..self.particles as u32).collect();
+        Ok(RolloutGradient {
+            actions: actions_adj,
+            start_poses: poses_adj,
+            start_state: unpack(&adj, &identity),
+        })
+    }
+
+    /// Runs an epoch again whose substeps were not kept.
+    fn ensure_trace(&mut self, epoch: &Epoch<T>) -> Result<(), SimError> {
+        if epoch.kept {
+            return Ok(());
+        }
+        let mut again = Epoch { kept: false, ..epoch.clone() };
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let outcome = self.run_substeps(&mut again, &mut scratch, epoch.count);
+        self.scratch = scratch;
+        outcome
+    }
+
+    fn check_seeds(&self, seeds: &[StepSeed]) -> Result<(), SimError> {
+        let fits = |len: usize, want: usize| len == 0 || len == want;
+        let (n, tools) = (self.particles, self.tools.len());
+        if self.used == 0 || seeds.len() > self.steps + 1 {
+            return Err(SimError::Shape(format!(
+                "{} seeds for a rollout of {} control steps (one more is allowed)",
+                seeds.len(),
+                self.steps
+            )));
+        }
+        for (step, s) in seeds.iter().enumerate() {
+            if !fits(s.positions.len(), n) || !fits(s.velocities.len(), n) || !fits(s.poses.len(), tools) {
+                return Err(SimError::Shape(format!(
+                    "the seed of control step {step} does not have {n} particles and {tools} tools"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Adjoint of the tools' motion in substep `t`: turns the adjoint of the poses at its end into that at
+    /// its start and adds the action's.
+    fn move_tools_adj(&self, t: usize, poses_adj: &mut [PoseAdj], action_adj: &mut [f64]) {
+        let substeps = self.params.substeps;
+        let row = &self.actions[t / substeps];
+        let mut from = 0;
+        for (i, tool) in self.tools.iter().enumerate() {
+            let range = from..from + tool.action_len();
+            let u = substep_share(tool, &row[range.clone()], substeps);
+            let (pose_adj, u_adj) = advance_adj(tool, &self.poses[t][i], &u, &poses_adj[i]);
+            poses_adj[i] = pose_adj;
+            substep_share_adj(tool, &row[range.clone()], substeps, &u_adj, &mut action_adj[range.clone()]);
+            from = range.end;
+        }
+    }
+
+    /// The epoch whose start is the end of control step `step` (0: the start).
+    fn epoch_at(&self, step: usize) -> &Epoch<T> {
+        let first = step * self.params.substeps;
+        self.epochs[..self.used]
+            .iter()
+            .find(|e| e.first == first)
+            .expect("asked for a control step of the last rollout")
+    }
+
+    /// Positions at the end of control step `step` (0: the start), caller's order.
+    ///
+    /// # Panics
+    /// If the last rollout was shorter.
+    pub fn positions(&self, step: usize) -> Vec<Point> {
+        let epoch = self.epoch_at(step);
+        let mut x = vec![[0.0; 3]; self.particles];
+        for (slot, &id) in epoch.ids.iter().enumerate() {
+            x[id as usize] = std::array::from_fn(|a| epoch.start[index(slot, X + a)].to_f64());
+        }
+        x
+    }
+
+    /// The whole state at the end of control step `step` (0: the start), caller's order.
+    ///
+    /// # Panics
+    /// If the last rollout was shorter.
+    pub fn state(&self, step: usize) -> ParticleState {
+        let epoch = self.epoch_at(step);
+        unpack(&epoch.start, &epoch.ids)
+    }
+
+    /// The tools' poses at the end of control step `step` (0: the start).
+    ///
+    /// # Panics
+    /// If the last rollout was shorter.
+    pub fn poses(&self, step: usize) -> &[ToolPose] {
+        &self.poses[step * self.params.substeps]
+    }
+
+    /// Control steps of the last rollout.
+    pub fn steps(&self) -> usize {
+        self.steps
+    }
+}
+
+/// Adds a seed to the adjoints at the epoch's start.
+fn add_seed<T: Real>(seed: Option<&StepSeed>, ids: &[u32], adj: &mut [T], poses_adj: &mut [PoseAdj]) {
+    let Some(seed) = seed else { return };
+    for (field, values) in [(X, &seed.positions), (super::particles::V, &seed.velocities)] {
+        if values.is_empty() {
+            continue;
+        }
+        for (slot, &id) in ids.iter().enumerate() {
+            for a in 0..3 {
+                adj[index(slot, field + a)] += T::from_f64(values[id as usize][a]);
+            }
+        }
+    }
+    for (total, pose) in poses_adj.iter_mut().zip(&seed.poses) {
+        total.add(pose);
+    }
+}
+
+const _: () = assert!(FIELDS == 24, "the packed layout is part of the kernels");
