@@ -1,1 +1,3 @@
-//! Placeholder until the module lands.
+//! Looking at a run: `report.html` and pictures.
+
+pub mod report;

@@ -2,8 +2,11 @@
 //!
 //! A [`Tool`] never changes; where it is stands in a [`ToolPose`].
 
+use serde::{Deserialize, Serialize};
+
 /// The rigid shape of a tool in its own frame. Lengths in m.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Shape {
     /// Segment of `length` along local y, thickened by `radius`.
     Capsule { radius: f64, length: f64 },
@@ -17,7 +20,8 @@ pub enum Shape {
 }
 
 /// How an action moves a tool, and how many components it has.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Motion {
     /// (roll, yaw, rise, slide).
     RollingPin,
@@ -31,7 +35,7 @@ pub enum Motion {
 }
 
 /// One tool.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tool {
     /// What a language model and a task file call it: "rolling pin", "knife", "gripper", "pole", ..
     pub name: String,
@@ -48,7 +52,7 @@ pub struct Tool {
 }
 
 /// Where a tool is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToolPose {
     /// Position of its frame's origin, m.
     pub position: [f64; 3],
