@@ -2,8 +2,10 @@
 //!
 //! Comes in from a checked task file or scene file; goes out to every kernel. Imports nothing.
 
+use serde::{Deserialize, Serialize};
+
 /// Parameters of one simulated world: the unit cube, y up.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Params {
     /// Grid nodes per axis; the cell size is `1 / nodes`.
     pub nodes: usize,

@@ -1,1 +1,25 @@
-//! Placeholder until the module lands.
+//! Looking at a run: `report.html` to see it move, and pictures without a browser or a GPU.
+//!
+//! A [`crate::store::record::RunRecord`] comes in; HTML text and pictures go out. Imports `math`, `sim`'s
+//! tool types, and `store`.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `report`, `pack` | the self-contained HTML file, and the compressed numbers in it |
+//! | `render` | pictures: one scene, or the key frames of a run |
+//! | `scene`, `mesh`, `camera` | what is in a picture, tools as triangles, the point of view |
+//! | `surface`, `light` | what each pixel sees, and how much light reaches it |
+//! | `picture`, `font` | pixels, PNG files, captions |
+
+pub mod camera;
+mod font;
+pub mod light;
+pub mod mesh;
+pub mod picture;
+pub mod render;
+pub mod report;
+pub mod scene;
+pub mod surface;
+
+pub use picture::Picture;
+pub use render::{key_frames, render};

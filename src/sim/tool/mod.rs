@@ -11,6 +11,7 @@ pub mod shape;
 mod sphere;
 
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::math::cloud::Point;
 use crate::math::quaternion::{rotation_matrix, rotation_matrix_adj};
@@ -19,7 +20,7 @@ pub use motion::Motion;
 pub use shape::Shape;
 
 /// One tool.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tool {
     /// What a language model and a task file call it: "rolling pin", "knife", "gripper", "pole", ..
     pub name: String,
@@ -36,7 +37,7 @@ pub struct Tool {
 }
 
 /// Where a tool is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ToolPose {
     /// Position of its frame's origin, m.
     pub position: [f64; 3],

@@ -4,6 +4,7 @@
 //! kinematics). Imports quaternions.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::{PoseAdj, Tool, ToolPose};
 use crate::math::quaternion::{
@@ -12,7 +13,8 @@ use crate::math::quaternion::{
 };
 
 /// How an action moves a tool, and how many components it has.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Motion {
     /// (roll, yaw, rise, slide).
     RollingPin,

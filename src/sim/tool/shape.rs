@@ -4,11 +4,13 @@
 //! central differences, so that results agree with it. Imports the shapes' own files.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::{capsule, cuboid, knife, sphere};
 
 /// The rigid shape of a tool in its own frame. Lengths in m.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Shape {
     /// Segment of `length` along local y, thickened by `radius`.
     Capsule { radius: f64, length: f64 },

@@ -1,0 +1,200 @@
+//! Files and run directories that appear whole or not at all.
+//!
+//! Bytes come in; complete files under their final names go out. Imports nothing of donut.
+//!
+//! A single file is written under a hidden temporary name beside it and renamed. A run directory is
+//! claimed before the computation starts ([`RunDir::create`], which finds an unwritable place at once),
+//! filled in a hidden staging directory, and put in place by [`RunDir::commit`].
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process;
+
+use super::error::StoreError;
+
+/// The file whose presence says that a run directory is complete: it is put in place last.
+pub const COMPLETION_MARK: &str = "summary.json";
+/// The file by which an earlier run is told from somebody's other directory.
+pub const RUN_MARK: &str = "plan.json";
+
+/// Writes `bytes` to `path`, whole or not at all.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    let temporary = hidden_beside(path);
+    let written = File::create(&temporary)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .and_then(|()| fs::rename(&temporary, path));
+    written.map_err(|source| {
+        let _ = fs::remove_file(&temporary);
+        StoreError::Write { path: path.to_owned(), source }
+    })
+}
+
+/// `DIR/NAME` -> `DIR/.NAME.partial-<process id>`.
+fn hidden_beside(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.partial-{}", process::id()))
+}
+
+/// A run directory in the making. Dropped without [`RunDir::commit`], it leaves nothing behind.
+#[derive(Debug)]
+pub struct RunDir {
+    target: PathBuf,
+    staging: PathBuf,
+    /// Whether `target` was there before; then only its files are exchanged.
+    existed: bool,
+    /// Parent directories that had to be made, outermost first.
+    made: Vec<PathBuf>,
+    committed: bool,
+}
+
+impl RunDir {
+    /// Claims `target`: it must be absent, empty, or an earlier run, and its place writable.
+    pub fn create(target: &Path) -> Result<Self, StoreError> {
+        let existed = target.symlink_metadata().is_ok();
+        if existed {
+            check_replaceable(target)?;
+        }
+        let absolute = std::path::absolute(target).map_err(StoreError::write(target))?;
+        // An existing directory is staged inside itself: it may be a mount point, or its parent read-only.
+        let staging = if existed {
+            absolute.join(format!(".partial-{}", process::id()))
+        } else {
+            hidden_beside(&absolute)
+        };
+        let mut made = Vec::new();
+        let mut missing = absolute.parent();
+        while let Some(directory) = missing.filter(|d| !d.exists()) {
+            made.insert(0, directory.to_owned());
+            missing = directory.parent();
+        }
+        let run = Self { target: absolute, staging, existed, made, committed: false };
+        // A leftover of a killed process that had the same id.
+        let _ = fs::remove_dir_all(&run.staging);
+        fs::create_dir_all(&run.staging).map_err(StoreError::write(target))?;
+        Ok(run)
+    }
+
+    /// Where the run will be.
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// Where to put the run's files until then.
+    pub fn path(&self) -> &Path {
+        &self.staging
+    }
+
+    /// Puts the files in place. A new directory appears by one rename; in an existing one, files of an
+    /// earlier run are replaced one by one, [`COMPLETION_MARK`] removed first and put back last, so that
+    /// a run that was interrupted here is seen to be incomplete. Files of other names stay.
+    pub fn commit(mut self) -> Result<(), StoreError> {
+        if !self.existed {
+            fs::rename(&self.staging, &self.target).map_err(StoreError::write(&self.target))?;
+            self.committed = true;
+            return Ok(());
+        }
+        let mark = self.target.join(COMPLETION_MARK);
+        if mark.exists() {
+            fs::remove_file(&mark).map_err(StoreError::write(&mark))?;
+        }
+        let mut names: Vec<_> = fs::read_dir(&self.staging)
+            .and_then(|entries| entries.map(|e| Ok(e?.file_name())).collect::<std::io::Result<_>>())
+            .map_err(StoreError::read(&self.staging))?;
+        names.sort_by_key(|name| (name == COMPLETION_MARK, name.clone()));
+        for name in names {
+            let place = self.target.join(&name);
+            fs::rename(self.staging.join(&name), &place).map_err(StoreError::write(&place))?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for RunDir {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.staging);
+        if !self.committed {
+            // Innermost first; a directory that has something else in it by now stays.
+            for directory in self.made.iter().rev() {
+                let _ = fs::remove_dir(directory);
+            }
+        }
+    }
+}
+
+/// Refuses a file, and a directory that holds something else than a run.
+fn check_replaceable(target: &Path) -> Result<(), StoreError> {
+    let foreign = || StoreError::NotARun { path: target.to_owned() };
+    if !target.is_dir() {
+        return Err(foreign());
+    }
+    let mut entries = fs::read_dir(target).map_err(StoreError::read(target))?;
+    let empty = !entries.any(|e| e.is_ok_and(|e| !e.file_name().to_string_lossy().starts_with(".partial-")));
+    if empty || target.join(RUN_MARK).is_file() { Ok(()) } else { Err(foreign()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(dir: &Path) -> Vec<String> {
+        let mut names: Vec<_> =
+            fs::read_dir(dir).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let dir = tempfile::tempdir().unwrap();
+        let taken = dir.path().join("taken");
+        fs::create_dir(&taken).unwrap();
+        assert!(write(&taken, b"new").unwrap_err().to_string().contains("taken"));
+        assert_eq!(names(dir.path()), ["taken"]);
+        let file = dir.path().join("file");
+        write(&file, b"one").unwrap();
+        write(&file, b"two").unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"two");
+    }
+
+    #[test]
+    fn an_abandoned_run_leaves_nothing() {
+        let dir = tempfile::tempdir().unwrap();
+        let run = RunDir::create(&dir.path().join("deep/er/out")).unwrap();
+        fs::write(run.path().join("plan.json"), "{").unwrap();
+        drop(run);
+        assert_eq!(names(dir.path()), [""; 0]);
+    }
+
+    #[test]
+    fn a_committed_run_replaces_an_earlier_one_and_keeps_other_files() {
+        let dir = tempfile::tempdir().unwrap();
+        let out = dir.path().join("out");
+        for text in ["first", "second"] {
+            let run = RunDir::create(&out).unwrap();
+            fs::write(run.path().join(RUN_MARK), text).unwrap();
+            fs::write(run.path().join(COMPLETION_MARK), text).unwrap();
+            run.commit().unwrap();
+            fs::write(out.join("notes.txt"), "mine").unwrap();
+        }
+        assert_eq!(names(&out), ["notes.txt", RUN_MARK, COMPLETION_MARK]);
+        assert_eq!(fs::read(out.join(RUN_MARK)).unwrap(), b"second");
+        assert_eq!(names(dir.path()), ["out"]);
+        drop(RunDir::create(&out).unwrap());
+        assert_eq!(
+            fs::read(out.join(COMPLETION_MARK)).unwrap(),
+            b"second",
+            "an abandoned rerun changes nothing"
+        );
+    }
+
+    #[test]
+    fn somebody_elses_directory_is_refused_before_anything_is_done() {
+        let dir = tempfile::tempdir().unwrap();
+        fs::write(dir.path().join("thesis.tex"), "").unwrap();
+        let refused = RunDir::create(dir.path()).unwrap_err().to_string();
+        assert!(refused.contains("not a donut run") && refused.contains("--out"), "{refused}");
+        let below_a_file = RunDir::create(&dir.path().join("thesis.tex/out")).unwrap_err();
+        assert!(matches!(below_a_file, StoreError::Write { .. }));
+    }
+}

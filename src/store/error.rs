@@ -1,0 +1,59 @@
+//! What can go wrong with files: one error type for arrays, run directories and records.
+//!
+//! Every message names the file (and the entry in it) and, where there is one, the way out.
+//! Imports nothing of donut.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// An error of reading or writing a file of donut's.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The operating system refused to read.
+    #[error("cannot read {}: {source}; check that the path exists and is readable", path.display())]
+    Read { path: PathBuf, source: io::Error },
+    /// The operating system refused to write.
+    #[error(
+        "cannot write {}: {source}; choose another place with --out, or make this one writable",
+        path.display()
+    )]
+    Write { path: PathBuf, source: io::Error },
+    /// The file is not a readable `.npy` or `.npz` file.
+    #[error("{} is not a NumPy array file that donut can read: {reason}", path.display())]
+    Format { path: PathBuf, reason: String },
+    /// An entry of an `.npz` file is missing.
+    #[error("{} has no array `{entry}`; it holds: {available}", path.display())]
+    MissingEntry { path: PathBuf, entry: String, available: String },
+    /// An array has another type, shape or length than it must have.
+    #[error("array `{entry}` of {}: {reason}", path.display())]
+    Entry { path: PathBuf, entry: String, reason: String },
+    /// A JSON file does not parse or has other keys than expected.
+    #[error("{} is not what donut writes: {source}; was it edited or made by another version?", path.display())]
+    Json { path: PathBuf, source: serde_json::Error },
+    /// The output directory holds something that donut did not write.
+    #[error(
+        "{} exists and is not a donut run; choose another --out, or empty that directory first",
+        path.display()
+    )]
+    NotARun { path: PathBuf },
+    /// A directory to be read is not a complete run.
+    #[error(
+        "{} is not a finished donut run ({missing} is missing); make one with `donut plan --out DIR`",
+        path.display()
+    )]
+    Incomplete { path: PathBuf, missing: &'static str },
+}
+
+impl StoreError {
+    /// For `map_err` on reads: remembers the path.
+    pub(crate) fn read(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Read { path, source }
+    }
+
+    /// For `map_err` on writes: remembers the path.
+    pub(crate) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Write { path, source }
+    }
+}

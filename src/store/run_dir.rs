@@ -1,0 +1,63 @@
+//! A run directory: summary.json, plan.json, trajectory.npz and report.html.
+//!
+//! A [`RunRecord`] and its report (from `view::report`, a layer above) come in, four files go out, and the
+//! record comes back from three of them. Imports `store`'s other files.
+
+use std::fs;
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::atomic::{self, COMPLETION_MARK, RUN_MARK, RunDir};
+use super::error::StoreError;
+use super::record::RunRecord;
+use super::trajectory::Trajectory;
+
+const SUMMARY: &str = COMPLETION_MARK;
+const PLAN: &str = RUN_MARK;
+const TRAJECTORY: &str = "trajectory.npz";
+const REPORT: &str = "report.html";
+
+/// Writes a run's files into `dir`, which has to exist. For a run directory that appears whole, pass
+/// [`RunDir::path`] and commit afterwards, or call [`write_and_commit`].
+pub fn write_run(dir: &Path, run: &RunRecord, report: &str) -> Result<(), StoreError> {
+    run.trajectory.write(&dir.join(TRAJECTORY))?;
+    write_json(&dir.join(PLAN), &run.plan)?;
+    atomic::write(&dir.join(REPORT), report.as_bytes())?;
+    write_json(&dir.join(SUMMARY), &run.summary)
+}
+
+/// Fills a claimed run directory and puts it in place.
+pub fn write_and_commit(dir: RunDir, run: &RunRecord, report: &str) -> Result<(), StoreError> {
+    write_run(dir.path(), run, report)?;
+    dir.commit()
+}
+
+/// Reads what [`write_run`] wrote.
+pub fn read_run(dir: &Path) -> Result<RunRecord, StoreError> {
+    for missing in [SUMMARY, PLAN, TRAJECTORY] {
+        if !dir.join(missing).is_file() {
+            return Err(StoreError::Incomplete { path: dir.to_owned(), missing });
+        }
+    }
+    Ok(RunRecord {
+        summary: read_json(&dir.join(SUMMARY))?,
+        plan: read_json(&dir.join(PLAN))?,
+        trajectory: Trajectory::read(&dir.join(TRAJECTORY))?,
+    })
+}
+
+/// Writes a value as indented JSON with a final newline.
+pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), StoreError> {
+    let mut text = serde_json::to_string_pretty(value)
+        .map_err(|source| StoreError::Json { path: path.to_owned(), source })?;
+    text.push('\n');
+    atomic::write(path, text.as_bytes())
+}
+
+/// Reads a JSON file.
+pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, StoreError> {
+    let text = fs::read_to_string(path).map_err(StoreError::read(path))?;
+    serde_json::from_str(&text).map_err(|source| StoreError::Json { path: path.to_owned(), source })
+}

@@ -1,0 +1,149 @@
+//! How much light reaches a point: soft shadows from a lamp, and the darkening of corners.
+//!
+//! A scene and what the camera sees come in; factors between 0 (dark) and 1 (lit) go out. Imports
+//! `view`'s camera, scene and surface.
+
+use super::camera::{Camera, V};
+use super::scene::RenderScene;
+use super::surface::{Surface, Thing};
+
+/// Towards the lamp.
+pub fn lamp() -> V {
+    V::new(-0.55, 1.0, 0.35).normalize()
+}
+
+/// Pixels along each side of the lamp's view.
+const SIZE: usize = 900;
+/// Half the width of the lamp as seen from the dough, as a tangent: how soft shadows are.
+const SOFTNESS: f32 = 0.16;
+
+/// What the lamp sees: heights along its direction on a square around the scene.
+pub struct Shadow {
+    u: V,
+    v: V,
+    corner: [f32; 2],
+    /// Metres per pixel.
+    cell: f32,
+    /// The largest coordinate along the lamp's direction at each pixel.
+    tops: Vec<f32>,
+    /// Below this difference a point does not shade itself, m.
+    slack: f32,
+}
+
+impl Shadow {
+    /// The lamp's view of dough and tools.
+    pub fn cast(scene: &RenderScene) -> Self {
+        let u = lamp().cross(&V::x()).normalize();
+        let v = lamp().cross(&u);
+        let middle = V::from(scene.bounds.center().map(|c| c as f32));
+        let reach = 0.75 * scene.bounds.diagonal() as f32 + 0.25;
+        let mut shadow = Self {
+            u,
+            v,
+            corner: [middle.dot(&u) - reach, middle.dot(&v) - reach],
+            cell: 2.0 * reach / SIZE as f32,
+            tops: vec![f32::NEG_INFINITY; SIZE * SIZE],
+            slack: scene.radius,
+        };
+        for p in scene.dough.iter().filter(|p| p.iter().all(|c| c.is_finite())) {
+            shadow.stamp(V::from(*p), 0.9 * scene.radius);
+        }
+        for (mesh, _) in &scene.tools {
+            for corners in &mesh.triangles {
+                shadow.stamp_triangle(corners.map(|k| V::from(mesh.positions[k as usize])));
+            }
+        }
+        shadow
+    }
+
+    fn pixel(&self, p: V) -> [f32; 2] {
+        [(p.dot(&self.u) - self.corner[0]) / self.cell, (p.dot(&self.v) - self.corner[1]) / self.cell]
+    }
+
+    fn stamp(&mut self, p: V, radius: f32) {
+        let ([x, y], top, size) = (self.pixel(p), p.dot(&lamp()), radius / self.cell);
+        let range = |c: f32| {
+            let clamp = |v: f32| v.clamp(0.0, SIZE as f32) as usize;
+            clamp((c - size).ceil())..clamp((c + size).floor() + 1.0)
+        };
+        for row in range(y) {
+            for column in range(x) {
+                let (dx, dy) = (column as f32 - x, row as f32 - y);
+                if dx * dx + dy * dy <= size * size {
+                    let cell = &mut self.tops[row * SIZE + column];
+                    *cell = cell.max(top);
+                }
+            }
+        }
+    }
+
+    /// Covers a triangle with points closer than the pixels are.
+    fn stamp_triangle(&mut self, [a, b, c]: [V; 3]) {
+        let longest = (b - a).norm().max((c - a).norm()).max((c - b).norm());
+        let n = (1.5 * longest / self.cell).ceil().max(1.0) as usize;
+        for i in 0..=n {
+            for j in 0..=n - i {
+                let (s, t) = (i as f32 / n as f32, j as f32 / n as f32);
+                self.stamp(a + (b - a) * s + (c - a) * t, self.cell);
+            }
+        }
+    }
+
+    /// The part of the lamp that a point sees. Shadows are sharp at contact and soften with the
+    /// distance to what casts them.
+    pub fn lit(&self, p: V, turn: f32) -> f32 {
+        const SAMPLES: usize = 28;
+        let ([x, y], height) = (self.pixel(p), p.dot(&lamp()));
+        let above = |size: f32, k: usize| {
+            let [dx, dy] = spiral(k, SAMPLES, turn);
+            let (column, row) = ((x + size * dx).round(), (y + size * dy).round());
+            let inside = (0.0..SIZE as f32).contains(&column) && (0.0..SIZE as f32).contains(&row);
+            let top =
+                if inside { self.tops[row as usize * SIZE + column as usize] } else { f32::NEG_INFINITY };
+            (top > height + self.slack).then_some(top - height)
+        };
+        let search = (SOFTNESS * 0.15 / self.cell).max(2.0);
+        let (mut gap, mut found) = (0.0, 0);
+        for rise in (0..SAMPLES).filter_map(|k| above(search, k)) {
+            gap += rise;
+            found += 1;
+        }
+        if found == 0 {
+            return 1.0;
+        }
+        let size = (SOFTNESS * gap / found as f32 / self.cell).max(1.5);
+        1.0 - (0..SAMPLES).filter(|&k| above(size, k).is_some()).count() as f32 / SAMPLES as f32
+    }
+}
+
+/// How open the surroundings of a pixel are: 1 on a free surface, less in corners and near the dough.
+pub fn openness(surface: &Surface, camera: &Camera, p: V, normal: V, reach: f32, turn: f32) -> f32 {
+    const SAMPLES: usize = 20;
+    let side = normal.cross(&if normal.x.abs() < 0.9 { V::x() } else { V::z() }).normalize();
+    let other = normal.cross(&side);
+    let mut hidden = 0.0;
+    for k in 0..SAMPLES {
+        let [a, b] = spiral(k, SAMPLES, turn);
+        let rise = (1.0 - a * a - b * b).max(0.0).sqrt();
+        let length = reach * (0.25 + 0.75 * ((k * 7 % SAMPLES) as f32 / SAMPLES as f32));
+        let sample = p + (side * a + other * b + normal * (rise + 0.1)) * length;
+        let [x, y, depth] = camera.project(sample);
+        if x < 0.0 || y < 0.0 || x >= surface.width as f32 || y >= surface.height as f32 {
+            continue;
+        }
+        let seen = surface.at(x as usize, y as usize);
+        let over = depth - seen.depth;
+        // What is far in front of the sample does not stand near the point.
+        if over > 0.02 * reach && seen.thing != Thing::Background {
+            hidden += (1.0 - over / (3.0 * reach)).clamp(0.0, 1.0);
+        }
+    }
+    1.0 - hidden / SAMPLES as f32
+}
+
+/// The k-th of n points spread evenly over the unit disc, the whole turned by `turn` rad.
+fn spiral(k: usize, n: usize, turn: f32) -> [f32; 2] {
+    const GOLDEN_ANGLE: f32 = 2.399_963_2;
+    let (radius, angle) = (((k as f32 + 0.5) / n as f32).sqrt(), k as f32 * GOLDEN_ANGLE + turn);
+    [radius * angle.cos(), radius * angle.sin()]
+}

@@ -1,0 +1,137 @@
+//! Pictures of a run without a GPU: the same scene gives the same bytes.
+//!
+//! A [`RenderScene`] or a whole run comes in, a [`Picture`] goes out. Imports the rest of `view` and
+//! `store`'s record types.
+
+use rayon::prelude::*;
+
+use super::camera::{Camera, V};
+use super::light::{self, Shadow};
+use super::picture::Picture;
+use super::scene::{self, Material, RenderScene};
+use super::surface::{Surface, Texel, Thing};
+use crate::store::record::RunRecord;
+
+/// Samples per pixel along each axis.
+const OVERSAMPLING: usize = 2;
+
+/// Shades of dough by piece, linear RGB: cream, then tints that tell pieces apart.
+const DOUGH: [[f32; 3]; 5] =
+    [[0.85, 0.66, 0.40], [0.80, 0.47, 0.28], [0.63, 0.64, 0.36], [0.78, 0.52, 0.50], [0.58, 0.56, 0.62]];
+const TABLE: [f32; 3] = [0.47, 0.50, 0.53];
+const BACKDROP: [f32; 3] = [0.80, 0.84, 0.88];
+const WOOD: [f32; 3] = [0.50, 0.25, 0.10];
+const METAL: [f32; 3] = [0.42, 0.45, 0.49];
+const CAPTION: [u8; 3] = [40, 44, 52];
+
+/// A picture of a scene, `width` x `height` pixels.
+pub fn render(scene: &RenderScene, width: usize, height: usize) -> Picture {
+    let (fine_width, fine_height) = (width * OVERSAMPLING, height * OVERSAMPLING);
+    let camera = Camera::framing(&scene.bounds, fine_width, fine_height);
+    let surface = Surface::seen(scene, &camera, fine_width, fine_height);
+    let shadow = Shadow::cast(scene);
+    let light: Vec<[f32; 3]> = (0..surface.texels.len())
+        .into_par_iter()
+        .map(|i| shade(scene, &surface, &camera, &shadow, i))
+        .collect();
+    let pixels = (0..width * height)
+        .into_par_iter()
+        .map(|i| {
+            let (x, y) = (i % width * OVERSAMPLING, i / width * OVERSAMPLING);
+            let samples = (0..OVERSAMPLING * OVERSAMPLING)
+                .map(|k| light[(y + k / OVERSAMPLING) * fine_width + x + k % OVERSAMPLING]);
+            developed(samples)
+        })
+        .collect();
+    Picture { width, height, pixels }
+}
+
+/// Before, after each stage, and the goal, side by side with captions; each panel `width` x `height`.
+pub fn key_frames(run: &RunRecord, width: usize, height: usize) -> Picture {
+    let mut panels = vec![("before".to_owned(), scene::of_dough(run, 0))];
+    for (k, stage) in run.plan.stages.iter().enumerate() {
+        if let Some(frame) = run.trajectory.last_frame_of(k) {
+            let tool = run.plan.tools.get(stage.tool).map_or("no tool", |tool| tool.name.as_str());
+            panels.push((format!("{}: {tool}", k + 1), scene::of_frame(run, frame)));
+        }
+    }
+    let last = run.trajectory.positions.len().saturating_sub(1);
+    panels.push(("after".to_owned(), scene::of_dough(run, last)));
+    panels.push(("goal".to_owned(), Some(scene::of_target(run))));
+    let pictures: Vec<Picture> = panels
+        .into_iter()
+        .filter_map(|(caption, scene)| {
+            let mut picture = render(&scene?, width, height);
+            picture.caption(&caption, CAPTION);
+            Some(picture)
+        })
+        .collect();
+    Picture::side_by_side(&pictures, 4)
+}
+
+/// The light that comes from a fine pixel, linear RGB.
+fn shade(scene: &RenderScene, surface: &Surface, camera: &Camera, shadow: &Shadow, i: usize) -> [f32; 3] {
+    let (x, y) = (i % surface.width, i / surface.width);
+    let Texel { depth, normal, thing } = *surface.at(x, y);
+    let color = match thing {
+        Thing::Background => return BACKDROP,
+        Thing::Table => TABLE,
+        Thing::Dough(piece) => DOUGH[piece.rem_euclid(DOUGH.len() as i32) as usize],
+        Thing::Tool(Material::Wood) => WOOD,
+        Thing::Tool(Material::Metal) => METAL,
+    };
+    let p = camera.unproject(x as f32 + 0.5, y as f32 + 0.5, depth);
+    let turn = noise(x, y);
+    let lit = shadow.lit(p + normal * (0.5 * scene.radius), turn);
+    let open = light::openness(surface, camera, p, normal, 5.0 * scene.radius, turn);
+    let towards_eye = (camera.eye() - p).normalize();
+    let light = reflected(thing, color, normal, towards_eye, lit, open);
+    if thing == Thing::Table {
+        // The table fades into the backdrop away from the dough.
+        let away = (p - V::from(scene.bounds.center().map(|c| c as f32))).norm();
+        let fade = (away / (2.6 * scene.bounds.diagonal() as f32)).clamp(0.0, 1.0).powi(2);
+        return std::array::from_fn(|c| light[c] + (BACKDROP[c] - light[c]) * fade);
+    }
+    light
+}
+
+/// Lamp, sky and a highlight on a surface.
+fn reflected(thing: Thing, color: [f32; 3], normal: V, towards_eye: V, lit: f32, open: f32) -> [f32; 3] {
+    let lamp = light::lamp();
+    let facing = normal.dot(&lamp);
+    // Light enters dough and comes out beyond the terminator, warmer.
+    let wrap = if matches!(thing, Thing::Dough(_)) { 0.35 } else { 0.0 };
+    let diffuse = ((facing + wrap) / (1.0 + wrap)).max(0.0);
+    let beyond = if facing < wrap { wrap * 0.25 } else { 0.0 };
+    let warm = [1.0 + beyond, 1.0, 1.0 - beyond];
+    let (sharpness, strength) = match thing {
+        Thing::Tool(Material::Metal) => (60.0, 0.7),
+        Thing::Tool(Material::Wood) => (24.0, 0.14),
+        Thing::Dough(_) => (14.0, 0.05),
+        _ => (1.0, 0.0),
+    };
+    let highlight = strength * normal.dot(&(lamp + towards_eye).normalize()).max(0.0).powf(sharpness);
+    let sky = (0.30 + 0.14 * normal.y) * open * open;
+    std::array::from_fn(|c| {
+        let sun = 0.92 * diffuse * lit * (0.55 + 0.45 * open);
+        color[c] * (sun * warm[c] + sky * [0.94, 1.0, 1.08][c]) + highlight * lit
+    })
+}
+
+/// The mean of some samples as 8-bit sRGB, bright light compressed softly.
+fn developed(samples: impl ExactSizeIterator<Item = [f32; 3]>) -> [u8; 3] {
+    let count = samples.len() as f32;
+    let sum = samples.fold([0.0; 3], |sum: [f32; 3], s| std::array::from_fn(|c| sum[c] + s[c]));
+    sum.map(|v| {
+        let v = v / count;
+        let film = if v > 0.7 { 0.7 + 0.3 * (1.0 - (-(v - 0.7) / 0.3).exp()) } else { v };
+        let srgb = if film <= 0.003_130_8 { 12.92 * film } else { 1.055 * film.powf(1.0 / 2.4) - 0.055 };
+        (srgb * 255.0 + 0.5) as u8
+    })
+}
+
+/// An angle for each pixel, spread evenly over any small neighbourhood (interleaved gradient noise).
+fn noise(x: usize, y: usize) -> f32 {
+    let v = 0.067_110_56 * x as f32 + 0.005_837_15 * y as f32;
+    (52.982_918 * v.fract()).fract() * std::f32::consts::TAU
+}

@@ -1,0 +1,42 @@
+//! Pictures of a run: they are the same every time and show what they should.
+
+mod common;
+
+use donut::view::{key_frames, render, scene};
+
+#[test]
+fn dough_is_in_the_middle_on_a_grey_table_and_the_bytes_repeat() {
+    let run = common::squashed_ball(2000);
+    let scene = scene::of_dough(&run, common::STEPS).unwrap();
+    let picture = render(&scene, 160, 120);
+    let [r, g, b] = picture.at(80, 66);
+    assert!(r > g && g > b && r > 120 && r - b > 40, "dough-coloured: {:?}", [r, g, b]);
+    let [r, g, b] = picture.at(4, 116);
+    assert!(r.abs_diff(b) < 30 && g > 100, "table-coloured: {:?}", [r, g, b]);
+    assert_eq!(render(&scene, 160, 120), picture);
+}
+
+#[test]
+fn the_rolling_pin_is_seen_above_the_dough() {
+    let run = common::squashed_ball(500);
+    let with = render(&scene::of_frame(&run, 40).unwrap(), 96, 72);
+    let without = render(&scene::of_dough(&run, 40).unwrap(), 96, 72);
+    let changed = with.pixels.iter().zip(&without.pixels).filter(|(a, b)| a != b).count();
+    assert!(changed > 96 * 72 / 20, "{changed} pixels");
+}
+
+#[test]
+fn key_frames_are_before_stages_after_and_goal() {
+    let strip = key_frames(&common::squashed_ball(300), 60, 40);
+    assert_eq!((strip.width, strip.height), (4 * 60 + 3 * 4, 40));
+}
+
+/// Writes a made-up run for looking at: `cargo test --release --test pictures -- --ignored`.
+#[test]
+#[ignore = "writes target/made-up-run, to be looked at"]
+fn write_a_made_up_run() {
+    let out = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("target/made-up-run");
+    let run = common::squashed_ball(5000);
+    let dir = donut::store::RunDir::create(&out).unwrap();
+    donut::store::run_dir::write_and_commit(dir, &run, &donut::view::report::html(&run)).unwrap();
+}
