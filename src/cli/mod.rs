@@ -4,6 +4,7 @@
 //! ran to its end without reaching the target's threshold, 2 an error. Results go to standard
 //! output, progress and errors to standard error.
 
+mod simulate;
 mod view;
 
 use std::process::ExitCode;
@@ -20,6 +21,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Simulate(simulate::SimulateArgs),
     View(view::ViewArgs),
 }
 
@@ -27,6 +29,7 @@ enum Command {
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome: anyhow::Result<ExitCode> = match cli.command {
+        Command::Simulate(args) => simulate::run(&args),
         Command::View(args) => view::run(&args),
     };
     match outcome {

@@ -16,6 +16,7 @@ pub mod error;
 pub mod npz;
 pub mod record;
 pub mod run_dir;
+pub mod sim_scene;
 pub mod trajectory;
 
 pub use atomic::RunDir;

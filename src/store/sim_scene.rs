@@ -1,0 +1,337 @@
+//! Scenes of `donut simulate`: a JSON file with its arrays beside it, and the arrays that come out.
+//!
+//! Text and arrays come in, checked simulator inputs go out; unknown keys are refused. Imports npz and the
+//! simulator's types.
+
+use std::path::{Path, PathBuf};
+
+use ndarray::{Array1, Array2, Array3, Ix2, Ix3};
+use serde::Deserialize;
+
+use super::error::StoreError;
+use super::npz;
+use crate::math::cloud::Point;
+use crate::sim::particles::IDENTITY;
+use crate::sim::tool::{Motion, Shape, Tool, ToolPose};
+use crate::sim::{Params, ParticleState};
+
+/// A scene, checked and ready to run.
+#[derive(Clone, Debug)]
+pub struct SimScene {
+    pub params: Params,
+    pub tools: Vec<Tool>,
+    /// Start poses, one a tool.
+    pub poses: Vec<ToolPose>,
+    pub start: ParticleState,
+    /// Control steps x components of all tools.
+    pub actions: Vec<Vec<f64>>,
+    /// Where the loss wants the particles, if the scene says so.
+    pub target: Option<Vec<Point>>,
+}
+
+/// A scene that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// The arrays could not be read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// Not JSON, an unknown key, a missing key, a wrong type.
+    #[error("{}: {source}", path.display())]
+    Json { path: PathBuf, source: serde_json::Error },
+    /// A value that makes no sense.
+    #[error("{}: `{key}` {problem}", path.display())]
+    Value { path: PathBuf, key: String, problem: String },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneFile {
+    arrays: PathBuf,
+    grid: GridTable,
+    material: MaterialTable,
+    gravity: [f64; 3],
+    ground_friction: f64,
+    lower_bound: f64,
+    softness: f64,
+    tools: Vec<ToolTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GridTable {
+    nodes: usize,
+    dt: f64,
+    substeps: usize,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MaterialTable {
+    youngs_modulus: f64,
+    poisson_ratio: f64,
+    yield_stress: f64,
+}
+
+#[derive(Deserialize, Clone, Copy, PartialEq, Debug)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    Capsule,
+    RollingPin,
+    Box,
+    Knife,
+    Gripper,
+    Sphere,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ToolTable {
+    kind: Kind,
+    radius: Option<f64>,
+    length: Option<f64>,
+    half_extents: Option<[f64; 3]>,
+    prism_size: Option<[f64; 2]>,
+    prism_rotation: Option<[f64; 4]>,
+    minimal_gap: Option<f64>,
+    maximal_gap: Option<f64>,
+    position: [f64; 3],
+    rotation: [f64; 4],
+    gap: Option<f64>,
+    friction: f64,
+    action_scale: Vec<f64>,
+    lower_bound: [f64; 3],
+    upper_bound: [f64; 3],
+}
+
+/// Names a key of a tool in messages.
+struct At<'a> {
+    path: &'a Path,
+    prefix: String,
+}
+
+impl At<'_> {
+    fn problem(&self, key: &str, problem: impl Into<String>) -> SceneError {
+        let key = format!("{}{key}", self.prefix);
+        SceneError::Value { path: self.path.to_owned(), key, problem: problem.into() }
+    }
+
+    fn need<T>(&self, key: &str, value: Option<T>) -> Result<T, SceneError> {
+        value.ok_or_else(|| self.problem(key, "is missing; this kind of tool needs it"))
+    }
+
+    fn positive(&self, key: &str, value: f64) -> Result<f64, SceneError> {
+        if value.is_finite() && value > 0.0 {
+            Ok(value)
+        } else {
+            Err(self.problem(key, format!("is {value}; it must be a positive number")))
+        }
+    }
+}
+
+/// Reads and checks a scene.
+///
+/// # Errors
+/// [`SceneError`], naming file and key or array.
+pub fn read(path: &Path) -> Result<SimScene, SceneError> {
+    let text = std::fs::read_to_string(path).map_err(StoreError::read(path))?;
+    let file: SceneFile = serde_json::from_str(&text)
+        .map_err(|source| SceneError::Json { path: path.to_owned(), source })?;
+    let params = check_params(path, &file)?;
+    let mut tools = Vec::new();
+    let mut poses = Vec::new();
+    for (i, table) in file.tools.iter().enumerate() {
+        let at = At { path, prefix: format!("tools[{i}].") };
+        let (tool, pose) = check_tool(&at, table)?;
+        tools.push(tool);
+        poses.push(pose);
+    }
+    let arrays = path.parent().unwrap_or(Path::new("")).join(&file.arrays);
+    let mut reader = npz::Reader::open(&arrays)?;
+    let start = read_start(&mut reader)?;
+    let width: usize = tools.iter().map(Tool::action_len).sum();
+    let actions = read_actions(&mut reader, width)?;
+    let target = if reader.has("target") { Some(reader.cloud("target")?) } else { None };
+    if let Some(target) = &target
+        && target.len() != start.len()
+    {
+        let reason = format!("has {} points for {} particles", target.len(), start.len());
+        return Err(reader.entry_error("target", reason).into());
+    }
+    Ok(SimScene { params, tools, poses, start, actions, target })
+}
+
+fn check_params(path: &Path, file: &SceneFile) -> Result<Params, SceneError> {
+    let at = At { path, prefix: String::new() };
+    let nu = file.material.poisson_ratio;
+    if !(0.0..0.5).contains(&nu) {
+        return Err(at.problem("material.poisson_ratio", format!("is {nu}; it must be in [0, 0.5)")));
+    }
+    if file.grid.nodes < 8 || file.grid.nodes > 1024 {
+        return Err(at.problem("grid.nodes", format!("is {}; 8 to 1024 are possible", file.grid.nodes)));
+    }
+    if file.grid.substeps == 0 {
+        return Err(at.problem("grid.substeps", "is 0; at least one is needed"));
+    }
+    for (key, value) in [
+        ("ground_friction", file.ground_friction),
+        ("lower_bound", file.lower_bound),
+        ("softness", file.softness),
+    ] {
+        if !value.is_finite() || value < 0.0 {
+            return Err(at.problem(key, format!("is {value}; it must not be negative")));
+        }
+    }
+    if file.gravity.iter().any(|g| !g.is_finite()) {
+        return Err(at.problem("gravity", "holds a value that is not a finite number"));
+    }
+    Ok(Params {
+        nodes: file.grid.nodes,
+        dt: at.positive("grid.dt", file.grid.dt)?,
+        substeps: file.grid.substeps,
+        youngs_modulus: at.positive("material.youngs_modulus", file.material.youngs_modulus)?,
+        poisson_ratio: nu,
+        yield_stress: at.positive("material.yield_stress", file.material.yield_stress)?,
+        gravity: file.gravity,
+        ground_friction: file.ground_friction,
+        lower_bound: file.lower_bound,
+        softness: file.softness,
+    })
+}
+
+fn check_tool(at: &At<'_>, t: &ToolTable) -> Result<(Tool, ToolPose), SceneError> {
+    let radius = || at.need("radius", t.radius).and_then(|r| at.positive("radius", r));
+    let half_extents = || {
+        let h = at.need("half_extents", t.half_extents)?;
+        h.iter().try_for_each(|v| at.positive("half_extents", *v).map(drop)).map(|()| h)
+    };
+    let shape = match t.kind {
+        Kind::Capsule | Kind::RollingPin => {
+            Shape::Capsule { radius: radius()?, length: at.need("length", t.length)? }
+        }
+        Kind::Sphere => Shape::Sphere { radius: radius()? },
+        Kind::Box | Kind::Gripper => Shape::Box { half_extents: half_extents()? },
+        Kind::Knife => Shape::Knife {
+            half_extents: half_extents()?,
+            prism_size: at.need("prism_size", t.prism_size)?,
+            prism_rotation: at.need("prism_rotation", t.prism_rotation)?,
+        },
+    };
+    let motion = match t.kind {
+        Kind::RollingPin => Motion::RollingPin,
+        Kind::Capsule | Kind::Knife | Kind::Sphere => Motion::Translation,
+        Kind::Box => Motion::Rigid,
+        Kind::Gripper => Motion::Gripper {
+            minimal_gap: at.need("minimal_gap", t.minimal_gap)?,
+            maximal_gap: at.need("maximal_gap", t.maximal_gap)?,
+        },
+    };
+    let gap = if t.kind == Kind::Gripper { at.need("gap", t.gap)? } else { 0.0 };
+    if t.action_scale.len() != motion.action_len() {
+        let problem = format!("has {} entries, not {}", t.action_scale.len(), motion.action_len());
+        return Err(at.problem("action_scale", problem));
+    }
+    let norm: f64 = t.rotation.iter().map(|v| v * v).sum::<f64>().sqrt();
+    at.positive("rotation", norm)?;
+    if (0..3).any(|a| t.lower_bound[a] > t.upper_bound[a]) {
+        return Err(at.problem("lower_bound", "is above upper_bound on some axis"));
+    }
+    let name = format!("{:?}", t.kind).to_lowercase();
+    let tool = Tool {
+        name,
+        shape,
+        motion,
+        friction: t.friction,
+        action_scale: t.action_scale.clone(),
+        lower_bound: t.lower_bound,
+        upper_bound: t.upper_bound,
+    };
+    Ok((tool, ToolPose { position: t.position, rotation: t.rotation, gap }))
+}
+
+fn read_start(reader: &mut npz::Reader) -> Result<ParticleState, SceneError> {
+    let x = reader.cloud("x0")?;
+    let n = x.len();
+    if n == 0 {
+        return Err(reader.entry_error("x0", "holds no particle").into());
+    }
+    let v = if reader.has("v0") { reader.cloud("v0")? } else { vec![[0.0; 3]; n] };
+    if v.len() != n {
+        return Err(reader.entry_error("v0", format!("has {} rows, x0 has {n}", v.len())).into());
+    }
+    let c = read_matrices(reader, "C0", n, [0.0; 9])?;
+    let f = read_matrices(reader, "F0", n, IDENTITY)?;
+    Ok(ParticleState { x, v, c, f })
+}
+
+fn read_matrices(
+    reader: &mut npz::Reader,
+    name: &str,
+    n: usize,
+    default: [f64; 9],
+) -> Result<Vec<[f64; 9]>, SceneError> {
+    if !reader.has(name) {
+        return Ok(vec![default; n]);
+    }
+    let m = reader.array::<Ix3>(name)?;
+    if m.shape() != [n, 3, 3] {
+        let reason = format!("has shape {:?}, not ({n}, 3, 3)", m.shape());
+        return Err(reader.entry_error(name, reason).into());
+    }
+    Ok((0..n).map(|i| std::array::from_fn(|k| m[[i, k / 3, k % 3]])).collect())
+}
+
+fn read_actions(reader: &mut npz::Reader, width: usize) -> Result<Vec<Vec<f64>>, SceneError> {
+    let a = reader.array::<Ix2>("actions")?;
+    if a.ncols() != width {
+        let reason = format!("has {} columns, the scene's tools take {width}", a.ncols());
+        return Err(reader.entry_error("actions", reason).into());
+    }
+    if a.iter().any(|v| !v.is_finite()) {
+        return Err(reader.entry_error("actions", "holds a value that is not a finite number").into());
+    }
+    Ok(a.rows().into_iter().map(|r| r.to_vec()).collect())
+}
+
+/// What `donut simulate` writes.
+#[derive(Clone, Debug)]
+pub struct SimResult {
+    /// Positions at the start and after every control step.
+    pub positions: Vec<Vec<Point>>,
+    /// Poses of all tools, likewise.
+    pub poses: Vec<Vec<ToolPose>>,
+    /// Velocities at the end.
+    pub velocities: Vec<Point>,
+    /// Loss and its gradient by the actions, if asked for.
+    pub gradient: Option<(f64, Vec<Vec<f64>>)>,
+}
+
+/// Writes a result as `.npz`.
+///
+/// # Errors
+/// [`StoreError`] if the file cannot be written.
+pub fn write_result(path: &Path, result: &SimResult) -> Result<(), StoreError> {
+    let (frames, n) = (result.positions.len(), result.velocities.len());
+    let tools = result.poses.first().map_or(0, Vec::len);
+    let mut writer = npz::Writer::new(path);
+    let positions = Array3::from_shape_fn((frames, n, 3), |(t, i, a)| result.positions[t][i][a]);
+    writer.add("positions", &positions)?;
+    let poses = Array3::from_shape_fn((frames, tools, 8), |(t, i, k)| {
+        let p = &result.poses[t][i];
+        match k {
+            0..3 => p.position[k],
+            3..7 => p.rotation[k - 3],
+            _ => p.gap,
+        }
+    });
+    writer.add("tool_poses", &poses)?;
+    writer.add("velocities", &npz::cloud_array(&result.velocities))?;
+    if let Some((loss, grad)) = &result.gradient {
+        let width = grad.first().map_or(0, Vec::len);
+        writer.add("loss", &ndarray::arr0(*loss))?;
+        let flat: Array1<f64> = grad.iter().flatten().copied().collect();
+        let grad: Array2<f64> =
+            flat.into_shape_with_order((grad.len(), width)).expect("rows of equal length");
+        writer.add("grad_actions", &grad)?;
+    }
+    writer.finish()
+}
