@@ -43,6 +43,7 @@ impl ContactAdj {
     pub fn add(&mut self, other: &Self) {
         self.start.origin += other.start.origin;
         self.start.rotation += other.start.rotation;
+        self.start.turning += other.start.turning;
         self.end.origin += other.end.origin;
         self.end.rotation += other.end.rotation;
     }
@@ -118,7 +119,7 @@ impl Contact<'_> {
     /// The part's signed distance and outward normal at `p`.
     pub fn distance_and_normal(&self, p: Vector3<f64>) -> (f64, Vector3<f64>) {
         let local = self.start.to_local(p);
-        (self.tool.shape.distance(local), self.start.rotation * self.tool.shape.normal(local))
+        (self.tool.shape.distance(local), self.start.turning * self.tool.shape.normal(local))
     }
 
     fn touch(&self, p: Vector3<f64>, v: Vector3<f64>) -> Option<Touch> {
@@ -129,7 +130,7 @@ impl Contact<'_> {
             return None;
         }
         let local_normal = self.tool.shape.normal(local);
-        let normal = self.start.rotation * local_normal;
+        let normal = self.start.turning * local_normal;
         let surface = (self.end.rotation * local + self.end.origin - p) / self.dt;
         let relative = v - surface;
         let normal_speed = relative.dot(&normal);
@@ -221,8 +222,8 @@ impl Contact<'_> {
         frames_adj.end.origin += image_adj;
         frames_adj.end.rotation += image_adj * t.local.transpose();
 
-        frames_adj.start.rotation += normal_adj * t.local_normal.transpose();
-        let local_normal_adj = self.start.rotation.tr_mul(&normal_adj);
+        frames_adj.start.turning += normal_adj * t.local_normal.transpose();
+        let local_normal_adj = self.start.turning.tr_mul(&normal_adj);
 
         let shape = &self.tool.shape;
         let local_adj = self.end.rotation.tr_mul(&image_adj)

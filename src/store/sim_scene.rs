@@ -134,8 +134,8 @@ impl At<'_> {
 /// [`SceneError`], naming file and key or array.
 pub fn read(path: &Path) -> Result<SimScene, SceneError> {
     let text = std::fs::read_to_string(path).map_err(StoreError::read(path))?;
-    let file: SceneFile = serde_json::from_str(&text)
-        .map_err(|source| SceneError::Json { path: path.to_owned(), source })?;
+    let file: SceneFile =
+        serde_json::from_str(&text).map_err(|source| SceneError::Json { path: path.to_owned(), source })?;
     let params = check_params(path, &file)?;
     let mut tools = Vec::new();
     let mut poses = Vec::new();

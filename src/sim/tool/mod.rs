@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::math::cloud::Point;
-use crate::math::quaternion::{rotation_matrix, rotation_matrix_adj};
+use crate::math::quaternion::{rotation_matrix, rotation_matrix_adj, turning_matrix, turning_matrix_adj};
 
 pub use motion::Motion;
 pub use shape::Shape;
@@ -69,8 +69,11 @@ impl PoseAdj {
 pub struct Frame {
     /// Origin, m.
     pub origin: Vector3<f64>,
-    /// Columns are the part's axes in the world.
+    /// Columns are the part's axes in the world; a rotation.
     pub rotation: Matrix3<f64>,
+    /// What turns normals and plate offsets: equal to `rotation` where the pose's quaternion has unit
+    /// length, see [`turning_matrix`].
+    pub turning: Matrix3<f64>,
 }
 
 impl Frame {
@@ -85,6 +88,7 @@ impl Frame {
 pub struct FrameAdj {
     pub origin: Vector3<f64>,
     pub rotation: Matrix3<f64>,
+    pub turning: Matrix3<f64>,
 }
 
 impl Tool {
@@ -104,23 +108,23 @@ impl Tool {
 
     /// The frame of the part at `side` when the tool is at `pose`.
     pub fn frame(&self, pose: &ToolPose, side: f64) -> Frame {
-        let rotation = rotation_matrix(pose.rotation);
-        let origin = Vector3::from(pose.position) + rotation.column(0) * (side * pose.gap);
-        Frame { origin, rotation }
+        let turning = turning_matrix(pose.rotation);
+        let origin = Vector3::from(pose.position) + turning.column(0) * (side * pose.gap);
+        Frame { origin, rotation: rotation_matrix(pose.rotation), turning }
     }
 
     /// Adjoint of [`Tool::frame`], added into `pose_adj`.
     pub fn frame_adj(&self, pose: &ToolPose, side: f64, frame_adj: &FrameAdj, pose_adj: &mut PoseAdj) {
-        let rotation = rotation_matrix(pose.rotation);
-        let mut r_adj = frame_adj.rotation;
-        let mut x_axis = r_adj.column_mut(0);
+        let mut turning_adj = frame_adj.turning;
+        let mut x_axis = turning_adj.column_mut(0);
         x_axis += frame_adj.origin * (side * pose.gap);
-        let q_adj = rotation_matrix_adj(pose.rotation, &r_adj);
         pose_adj.add(&PoseAdj {
             position: frame_adj.origin.into(),
-            rotation: q_adj,
-            gap: side * frame_adj.origin.dot(&rotation.column(0)),
+            rotation: rotation_matrix_adj(pose.rotation, &frame_adj.rotation),
+            gap: side * frame_adj.origin.dot(&turning_matrix(pose.rotation).column(0)),
         });
+        let rotation = turning_matrix_adj(pose.rotation, &turning_adj);
+        pose_adj.add(&PoseAdj { rotation, ..PoseAdj::default() });
     }
 
     /// Signed distance from `point` to the tool's surface (negative inside), m.
@@ -141,7 +145,8 @@ impl Tool {
         let offset = Vector3::from(point) - frame.origin;
         let local_adj = self.shape.gradient(frame.to_local(point.into())) * distance_adj;
         let point_adj = frame.rotation * local_adj;
-        let frame_adj = FrameAdj { origin: -point_adj, rotation: offset * local_adj.transpose() };
+        let rotation = offset * local_adj.transpose();
+        let frame_adj = FrameAdj { origin: -point_adj, rotation, ..FrameAdj::default() };
         self.frame_adj(pose, side, &frame_adj, pose_adj);
         point_adj.into()
     }

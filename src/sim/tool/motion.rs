@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{PoseAdj, Tool, ToolPose};
 use crate::math::quaternion::{
     IDENTITY, Quaternion, from_axis_angle, from_axis_angle_adj, normalize, normalize_adj, product,
-    product_adj, rotation_matrix, rotation_matrix_adj,
+    product_adj, turning_matrix, turning_matrix_adj,
 };
 
 /// How an action moves a tool, and how many components it has.
@@ -79,7 +79,7 @@ pub fn substep_share_adj(
 
 /// The direction a rolling pin travels in when it rolls: `(0,1,0) x (q (0,-1,0) q^-1)`.
 fn roll_direction(rotation: Quaternion) -> Vector3<f64> {
-    let y_dir = -rotation_matrix(rotation).column(1);
+    let y_dir = -turning_matrix(rotation).column(1);
     Vector3::y().cross(&y_dir)
 }
 
@@ -122,7 +122,7 @@ fn increment_adj(
         // roll_direction = -y x R e_y, so R e_y receives y x (adjoint of the direction).
         let mut r_adj = nalgebra::Matrix3::zeros();
         r_adj.set_column(1, &Vector3::y().cross(&(shift_adj * travel)));
-        q_adj = rotation_matrix_adj(pose.rotation, &r_adj);
+        q_adj = turning_matrix_adj(pose.rotation, &r_adj);
         u_adj[1] = -from_axis_angle_adj(Vector3::new(0.0, -u[1], 0.0), adj.before).y;
         u_adj[0] += from_axis_angle_adj(Vector3::new(0.0, u[0], 0.0), adj.after).y;
         return (u_adj, q_adj);
