@@ -4,6 +4,9 @@
 //! ran to its end without reaching the target's threshold, 2 an error. Results go to standard
 //! output, progress and errors to standard error.
 
+mod check;
+mod tasks;
+
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -17,12 +20,18 @@ struct Cli {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    Tasks(tasks::TasksArgs),
+    Check(check::CheckArgs),
+}
 
 /// Runs the program; the whole of `main`.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    let outcome: anyhow::Result<ExitCode> = match cli.command {};
+    let outcome: anyhow::Result<ExitCode> = match cli.command {
+        Command::Tasks(args) => tasks::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Check(args) => check::run(args).map(|()| ExitCode::SUCCESS),
+    };
     match outcome {
         Ok(code) => code,
         Err(error) => {
