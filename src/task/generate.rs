@@ -46,7 +46,10 @@ impl Generator {
             }
             GeneratorTable::Cut { cut_x_m, slide_m } => {
                 let Solid::Box { size } = dough.solid else {
-                    return Err(Complaint::new(at("cut"), "needs dough in the shape of a box; change [dough]"));
+                    return Err(Complaint::new(
+                        at("cut"),
+                        "needs dough in the shape of a box; change [dough]",
+                    ));
                 };
                 // Leave something on either side of the cut.
                 let inside = [dough.center[0] - 0.49 * size[0], dough.center[0] + 0.49 * size[0]];
@@ -123,7 +126,8 @@ fn cut(dough: &Dough, cut_x: [f64; 2], slide: [f64; 2], rng: &mut Pcg64) -> Draw
     let (left, left_center) = side(bounds.min[0], cut_x, slide.min(0.0));
     let (right, right_center) = side(cut_x, bounds.max[0], slide.max(0.0));
     let moved = if slide < 0.0 { "left" } else { "right" };
-    let title = format!("cut the dough at x = {cut_x:.3} m and slide the {moved} side {:.3} m away", slide.abs());
+    let title =
+        format!("cut the dough at x = {cut_x:.3} m and slide the {moved} side {:.3} m away", slide.abs());
     (title, vec![("left", left, left_center), ("right", right, right_center)])
 }
 
@@ -176,7 +180,8 @@ mod tests {
         let height = Bounds::of(&disc.outputs[0].points).unwrap().size()[1];
         assert!((0.015..=0.04).contains(&height), "{height}");
 
-        let piece = generate(&Generator::Move { x: [0.3, 0.7], z_offset: [0.3, 0.35] }, "gripper", &BAR, 3, 0);
+        let piece =
+            generate(&Generator::Move { x: [0.3, 0.7], z_offset: [0.3, 0.35] }, "gripper", &BAR, 3, 0);
         let z = piece.stated_location["moved"][2];
         assert!((0.3..=0.35).contains(&(z - 0.5).abs()), "{z}");
         let size = Bounds::of(&piece.outputs[0].points).unwrap().size();

@@ -21,4 +21,7 @@ pub use error::TaskError;
 pub use pieces::{Piece, PieceId, Pieces};
 pub use scene::{Scene, ToolSetup};
 pub use source::{built_in_names, load_scene};
-pub use subgoal::{Frame, PlannedStage, StageError, StagePlan, Subgoal, World};
+pub use subgoal::{Frame, PlannedStage, StageError, StagePlan, Subgoal, World, low_quantile};
+
+#[cfg(test)]
+mod tests;

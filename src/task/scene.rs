@@ -4,7 +4,9 @@
 //! border nobody checks again. Imports math, sim and the planner's settings.
 
 use super::error::Complaint;
-use super::file::{DoughShape, DoughTable, TargetTable, TaskFile, ToolMotion, ToolShape, ToolTable, WorldTable};
+use super::file::{
+    DoughShape, DoughTable, TargetTable, TaskFile, ToolMotion, ToolShape, ToolTable, WorldTable,
+};
 use super::generate::{Generator, generate};
 use super::shapes::Solid;
 use super::subgoal::{Frame, World};
@@ -118,7 +120,8 @@ impl Scene {
             ));
         }
         check_planner(&file.planner)?;
-        let threshold = number("score.threshold", file.score.threshold, |x| x > 0.0 && x <= 1.0, "in (0, 1]")?;
+        let threshold =
+            number("score.threshold", file.score.threshold, |x| x > 0.0 && x <= 1.0, "in (0, 1]")?;
         Ok(Self {
             name: file.name,
             description: file.description,
@@ -342,7 +345,10 @@ fn check_rest(key: &str, table: &ToolTable, tool: &Tool) -> Result<ToolPose, Com
     let at = |name: &str| format!("{key}.rest.{name}");
     let position = all_finite(&at("position_m"), table.rest.position_m)?;
     if (0..3).any(|a| position[a] < tool.lower_bound[a] || position[a] > tool.upper_bound[a]) {
-        return Err(Complaint::new(at("position_m"), "is outside the tool's own bounds; move it or widen them"));
+        return Err(Complaint::new(
+            at("position_m"),
+            "is outside the tool's own bounds; move it or widen them",
+        ));
     }
     let gap = match (&tool.motion, table.rest.gap_m) {
         (Motion::Gripper { minimal_gap, maximal_gap }, Some(gap)) => {

@@ -228,8 +228,7 @@ fn placed_piece(
     world: &World,
 ) -> Result<Piece, StageError> {
     let (step, name) = (stage.step, cloud.name.clone());
-    let bad =
-        |problem: &str| StageError::BadCloud { step, name: name.clone(), problem: problem.to_string() };
+    let bad = |problem: &str| StageError::BadCloud { step, name: name.clone(), problem: problem.to_string() };
     if cloud.points.is_empty() {
         return Err(bad("no points"));
     }
