@@ -21,6 +21,15 @@ fn tasks_are_listed_and_each_checks() {
 }
 
 #[test]
+fn a_shown_task_is_a_file_that_checks() {
+    let (_, text, _) = donut(&["tasks", "--show", "donut"]);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.toml");
+    std::fs::write(&file, text).unwrap();
+    assert_eq!(donut(&["check", "--task", file.to_str().unwrap()]).0, 0);
+}
+
+#[test]
 fn bad_tasks_get_one_error_and_exit_code_2() {
     let (code, out, error) = donut(&["check", "--task", "bagguette"]);
     assert_eq!((code, out.as_str()), (2, ""));

@@ -33,7 +33,7 @@ pub fn run(args: CheckArgs) -> Result<()> {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     table.add_rows(world_rows(&scene.params).into_iter().chain(task_rows(&scene)));
-    println!("{table}");
+    println!("{}", table.trim_fmt());
     println!("{} is a valid task.", scene.name);
     Ok(())
 }

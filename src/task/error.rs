@@ -12,10 +12,10 @@ pub enum TaskError {
     )]
     Unknown { name: String, suggestion: String, known: String },
 
-    #[error("cannot read the task file `{path}`: {source}; check the path, or name a task of `donut tasks`")]
-    Read { path: String, source: std::io::Error },
+    #[error("cannot read the task file `{path}`: {reason}; check the path, or name a task of `donut tasks`")]
+    Read { path: String, reason: std::io::Error },
 
-    #[error("{file}, line {line}, `{text}`: {message}; see tasks/donut.toml for every key")]
+    #[error("{file}, line {line}, `{text}`: {message}; `donut tasks --show donut` explains every key")]
     Syntax { file: String, line: usize, text: String, message: String },
 
     #[error("{file}, line {line}: `{key}` {problem}")]

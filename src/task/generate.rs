@@ -7,8 +7,9 @@ use std::collections::BTreeMap;
 
 use super::error::Complaint;
 use super::file::GeneratorTable;
-use super::scene::{Dough, range};
+use super::scene::Dough;
 use super::shapes::Solid;
+use super::values::range;
 use crate::llm::stage::{NamedCloud, Stage};
 use crate::math::cloud::Point;
 use crate::math::rng::{Pcg64, seeded, uniform};

@@ -15,12 +15,14 @@ pub mod scene;
 pub mod shapes;
 pub mod source;
 pub mod subgoal;
+mod tools;
+mod values;
 pub mod volume;
 
 pub use error::TaskError;
 pub use pieces::{Piece, PieceId, Pieces};
 pub use scene::{Scene, ToolSetup};
-pub use source::{built_in_names, load_scene};
+pub use source::{TaskSource, built_in_names, load_scene};
 pub use subgoal::{Frame, PlannedStage, StageError, StagePlan, Subgoal, World, low_quantile};
 
 #[cfg(test)]

@@ -4,17 +4,17 @@
 //! border nobody checks again. Imports math, sim and the planner's settings.
 
 use super::error::Complaint;
-use super::file::{
-    DoughShape, DoughTable, TargetTable, TaskFile, ToolMotion, ToolShape, ToolTable, WorldTable,
-};
+use super::file::{DoughShape, DoughTable, TargetTable, TaskFile, WorldTable};
 use super::generate::{Generator, generate};
 use super::shapes::Solid;
 use super::subgoal::{Frame, World};
+use super::tools::check_tools;
+use super::values::{all_finite, all_positive, at_least, not_negative, number, positive};
 use crate::llm::stage::Stage;
 use crate::math::cloud::{Bounds, Point};
 use crate::plan::settings::PlannerSettings;
 use crate::sim::params::{COURANT_LIMIT, Params};
-use crate::sim::tool::{Motion, Shape, Tool, ToolPose};
+use crate::sim::tool::{Tool, ToolPose};
 
 /// A checked task.
 #[derive(Clone, Debug)]
@@ -136,59 +136,6 @@ impl Scene {
     }
 }
 
-/// `value` if it is finite and `fits`; `want` completes "must be ..".
-fn number(key: &str, value: f64, fits: impl Fn(f64) -> bool, want: &str) -> Result<f64, Complaint> {
-    if value.is_finite() && fits(value) {
-        return Ok(value);
-    }
-    Err(Complaint::new(key, format!("is {value}, but must be {want}")))
-}
-
-fn positive(key: &str, value: f64) -> Result<f64, Complaint> {
-    number(key, value, |x| x > 0.0, "a positive number")
-}
-
-fn not_negative(key: &str, value: f64) -> Result<f64, Complaint> {
-    number(key, value, |x| x >= 0.0, "a number that is not negative")
-}
-
-fn all_finite<const N: usize>(key: &str, values: [f64; N]) -> Result<[f64; N], Complaint> {
-    values.iter().try_for_each(|v| number(key, *v, |_| true, "finite numbers").map(drop))?;
-    Ok(values)
-}
-
-fn all_positive<const N: usize>(key: &str, values: [f64; N]) -> Result<[f64; N], Complaint> {
-    values.iter().try_for_each(|v| positive(key, *v).map(drop))?;
-    Ok(values)
-}
-
-fn at_least(key: &str, value: usize, least: usize) -> Result<usize, Complaint> {
-    if value >= least {
-        return Ok(value);
-    }
-    Err(Complaint::new(key, format!("is {value}, but must be at least {least}")))
-}
-
-fn unit_quaternion(key: &str, q: [f64; 4]) -> Result<[f64; 4], Complaint> {
-    let length = all_finite(key, q)?.iter().map(|x| x * x).sum::<f64>().sqrt();
-    if length < 1e-6 {
-        return Err(Complaint::new(key, "is zero, but must be a rotation; [1, 0, 0, 0] turns nothing"));
-    }
-    Ok(q)
-}
-
-/// A range `[low, high]` within the limits.
-pub(super) fn range(key: &str, [low, high]: [f64; 2], limits: [f64; 2]) -> Result<[f64; 2], Complaint> {
-    if low <= high && low >= limits[0] && high <= limits[1] {
-        return Ok([low, high]);
-    }
-    let problem = format!(
-        "is [{low}, {high}], but must be [low, high] with {} <= low <= high <= {}",
-        limits[0], limits[1]
-    );
-    Err(Complaint::new(key, problem))
-}
-
 fn check_world(world: &WorldTable) -> Result<Params, Complaint> {
     let params = Params {
         nodes: at_least("world.nodes", world.nodes, 16)?,
@@ -255,114 +202,6 @@ fn check_dough(dough: &DoughTable, workspace: &Bounds) -> Result<Dough, Complain
         }
     }
     Ok(Dough { solid, center, particles: at_least("dough.particles", dough.particles, 16)? })
-}
-
-fn check_tools(tables: &[ToolTable]) -> Result<Vec<ToolSetup>, Complaint> {
-    if tables.is_empty() {
-        return Err(Complaint::new("tools", "is empty; a task needs at least one [[tools]] table"));
-    }
-    let mut tools: Vec<ToolSetup> = Vec::new();
-    for (i, table) in tables.iter().enumerate() {
-        let setup = check_tool(&format!("tools.{i}"), table)?;
-        if tools.iter().any(|t| t.tool.name == setup.tool.name) {
-            let problem = format!("is `{}` a second time; give each tool its own name", table.name);
-            return Err(Complaint::new(format!("tools.{i}.name"), problem));
-        }
-        tools.push(setup);
-    }
-    Ok(tools)
-}
-
-fn check_tool(key: &str, table: &ToolTable) -> Result<ToolSetup, Complaint> {
-    let at = |name: &str| format!("{key}.{name}");
-    if table.name.trim().is_empty() {
-        return Err(Complaint::new(at("name"), "is empty; give the tool a name"));
-    }
-    let motion = check_motion(key, &table.motion)?;
-    let tool = Tool {
-        name: table.name.clone(),
-        shape: check_shape(key, &table.shape)?,
-        motion,
-        friction: not_negative(&at("friction"), table.friction)?,
-        action_scale: table.action_scale.clone(),
-        lower_bound: all_finite(&at("lower_bound_m"), table.lower_bound_m)?,
-        upper_bound: all_finite(&at("upper_bound_m"), table.upper_bound_m)?,
-    };
-    for scale in &tool.action_scale {
-        not_negative(&at("action_scale"), *scale)?;
-    }
-    if tool.action_scale.len() != tool.action_len() {
-        let problem = format!(
-            "has {} numbers, but this motion has {} action components",
-            tool.action_scale.len(),
-            tool.action_len()
-        );
-        return Err(Complaint::new(at("action_scale"), problem));
-    }
-    if (0..3).any(|a| tool.lower_bound[a] > tool.upper_bound[a]) {
-        return Err(Complaint::new(at("lower_bound_m"), "is above upper_bound_m; swap them"));
-    }
-    let rest = check_rest(key, table, &tool)?;
-    Ok(ToolSetup { tool, rest })
-}
-
-fn check_motion(key: &str, motion: &ToolMotion) -> Result<Motion, Complaint> {
-    Ok(match *motion {
-        ToolMotion::RollingPin => Motion::RollingPin,
-        ToolMotion::Translation => Motion::Translation,
-        ToolMotion::Rigid => Motion::Rigid,
-        ToolMotion::Gripper { minimal_gap_m, maximal_gap_m } => {
-            let minimal_gap = not_negative(&format!("{key}.motion.gripper.minimal_gap_m"), minimal_gap_m)?;
-            let key = format!("{key}.motion.gripper.maximal_gap_m");
-            let maximal_gap = number(&key, maximal_gap_m, |g| g >= minimal_gap, "at least minimal_gap_m")?;
-            Motion::Gripper { minimal_gap, maximal_gap }
-        }
-    })
-}
-
-fn check_shape(key: &str, shape: &ToolShape) -> Result<Shape, Complaint> {
-    let at = |name: &str| format!("{key}.shape.{name}");
-    Ok(match *shape {
-        ToolShape::Capsule { radius_m, length_m } => Shape::Capsule {
-            radius: positive(&at("capsule.radius_m"), radius_m)?,
-            length: positive(&at("capsule.length_m"), length_m)?,
-        },
-        ToolShape::Box { half_extents_m } => {
-            Shape::Box { half_extents: all_positive(&at("box.half_extents_m"), half_extents_m)? }
-        }
-        ToolShape::Knife { half_extents_m, prism_size_m, prism_rotation_wxyz } => Shape::Knife {
-            half_extents: all_positive(&at("knife.half_extents_m"), half_extents_m)?,
-            prism_size: all_positive(&at("knife.prism_size_m"), prism_size_m)?,
-            prism_rotation: unit_quaternion(&at("knife.prism_rotation_wxyz"), prism_rotation_wxyz)?,
-        },
-        ToolShape::Sphere { radius_m } => {
-            Shape::Sphere { radius: positive(&at("sphere.radius_m"), radius_m)? }
-        }
-    })
-}
-
-fn check_rest(key: &str, table: &ToolTable, tool: &Tool) -> Result<ToolPose, Complaint> {
-    let at = |name: &str| format!("{key}.rest.{name}");
-    let position = all_finite(&at("position_m"), table.rest.position_m)?;
-    if (0..3).any(|a| position[a] < tool.lower_bound[a] || position[a] > tool.upper_bound[a]) {
-        return Err(Complaint::new(
-            at("position_m"),
-            "is outside the tool's own bounds; move it or widen them",
-        ));
-    }
-    let gap = match (&tool.motion, table.rest.gap_m) {
-        (Motion::Gripper { minimal_gap, maximal_gap }, Some(gap)) => {
-            let want = format!("between {minimal_gap} and {maximal_gap}, the gripper's limits");
-            number(&at("gap_m"), gap, |g| g >= *minimal_gap && g <= *maximal_gap, &want)?
-        }
-        (Motion::Gripper { .. }, None) => {
-            return Err(Complaint::new(at("gap_m"), "is missing; a gripper needs one"));
-        }
-        (_, Some(_)) => return Err(Complaint::new(at("gap_m"), "is only for a gripper; remove it")),
-        (_, None) => 0.0,
-    };
-    let rotation = unit_quaternion(&at("rotation_wxyz"), table.rest.rotation_wxyz)?;
-    Ok(ToolPose { position, rotation, gap })
 }
 
 fn check_target(target: &TargetTable, tools: &[ToolSetup], dough: &Dough) -> Result<Target, Complaint> {

@@ -49,7 +49,7 @@ impl TaskSource {
         }
         if task.ends_with(".toml") || task.contains(std::path::MAIN_SEPARATOR) {
             let text = std::fs::read_to_string(Path::new(task))
-                .map_err(|source| TaskError::Read { path: task.to_string(), source })?;
+                .map_err(|reason| TaskError::Read { path: task.to_string(), reason })?;
             return Ok(Self { label: task.to_string(), text });
         }
         Err(TaskError::unknown(task, &built_in_names()))

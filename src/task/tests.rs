@@ -3,6 +3,7 @@
 //! Nothing comes in but the task files of the binary. Imports the task module.
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 use super::scene::Target;
 use super::shapes::Solid;
@@ -34,7 +35,7 @@ fn stage(step: u32, tool: &str, inputs: &[&str], outputs: &[(&str, Solid, Point)
 /// Cut the bar into a third and two thirds, then roll each part.
 fn two_pancakes() -> Vec<Stage> {
     let bar = |length: f64| Solid::Box { size: [length, 0.4, 0.4] };
-    let pancake = |volume: f64| Solid::Disc { radius: (volume / (0.1 * 3.14159)).sqrt(), height: 0.1 };
+    let pancake = |volume: f64| Solid::Disc { radius: (volume / (0.1 * PI)).sqrt(), height: 0.1 };
     vec![
         stage(0, "", &[], &[("dough", bar(1.0), [0.0; 3])]),
         stage(
