@@ -9,8 +9,7 @@ use comfy_table::{Table, presets};
 
 use crate::sim::params::{COURANT_LIMIT, Params};
 use crate::task::neighbours::spacing;
-use crate::task::scene::Target;
-use crate::task::{Scene, StagePlan, load_scene};
+use crate::task::{Scene, StagePlan, Target, load_scene};
 
 /// Generated targets that are tried for room: as many as a benchmark draws.
 const TARGETS: u64 = 5;

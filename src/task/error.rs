@@ -1,6 +1,7 @@
-//! What can be wrong with a task: each message is a sentence that names the thing at fault and the way out.
+//! What can be wrong with a task or with a plan for it.
 //!
-//! Made by `source` and `scene`; printed by the command line, which ends with exit code 2. Imports nothing.
+//! Made by the other files of this module and printed by the command line, which ends with exit code 2; each
+//! message is a sentence that names the thing at fault and the way out. Imports nothing of donut.
 
 use thiserror::Error;
 
@@ -20,6 +21,40 @@ pub enum TaskError {
 
     #[error("{file}, line {line}: `{key}` {problem}")]
     Value { file: String, line: usize, key: String, problem: String },
+}
+
+/// Why a plan cannot be carried out in a task's world.
+#[derive(Debug, Error, PartialEq)]
+pub enum StageError {
+    #[error("the plan has no step that uses a tool; ask for another answer")]
+    Empty,
+
+    #[error("step {step} names no tool; this task has {known}")]
+    NoTool { step: u32, known: String },
+
+    #[error(
+        "step {step} uses the tool `{tool}`, which this task does not have; it has {known}: add a [[tools]] \
+         table or ask for another answer"
+    )]
+    UnknownTool { step: u32, tool: String, known: String },
+
+    #[error(
+        "step {step} takes `{name}`, which no step before it made; the pieces at that point are {live}: \
+         correct the name in the answer"
+    )]
+    UnknownPiece { step: u32, name: String, live: String },
+
+    #[error("step {step} makes no piece of dough; its output variables must be arrays of points")]
+    NoOutput { step: u32 },
+
+    #[error("step {step} makes `{name}` with {problem}; correct its code or ask for another answer")]
+    BadCloud { step: u32, name: String, problem: String },
+
+    #[error(
+        "step {step} puts `{name}` {excess_m:.3} m outside the workspace: it reaches {axis} = {reach_m:.3} m, \
+         and the workspace ends at {limit_m:.3} m; use a smaller llm_unit_m or ask for a smaller shape"
+    )]
+    OutsideWorkspace { step: u32, name: String, axis: char, reach_m: f64, limit_m: f64, excess_m: f64 },
 }
 
 /// A value that a check refuses: a dotted key (`tools.1.friction`) and what is wrong with it, phrased to

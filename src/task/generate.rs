@@ -7,8 +7,7 @@ use std::collections::BTreeMap;
 
 use super::error::Complaint;
 use super::file::GeneratorTable;
-use super::scene::Dough;
-use super::shapes::Solid;
+use super::shapes::{Dough, Solid};
 use super::values::range;
 use crate::llm::stage::{NamedCloud, Stage};
 use crate::math::cloud::Point;

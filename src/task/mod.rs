@@ -15,15 +15,17 @@ pub mod scene;
 pub mod shapes;
 pub mod source;
 pub mod subgoal;
-mod tools;
+pub mod tools;
 mod values;
 pub mod volume;
 
-pub use error::TaskError;
+pub use error::{StageError, TaskError};
 pub use pieces::{Piece, PieceId, Pieces};
-pub use scene::{Scene, ToolSetup};
+pub use scene::{Scene, Target};
+pub use shapes::{Dough, Solid};
 pub use source::{TaskSource, built_in_names, load_scene};
-pub use subgoal::{Frame, PlannedStage, StageError, StagePlan, Subgoal, World, low_quantile};
+pub use subgoal::{Frame, PlannedStage, StagePlan, Subgoal, World, low_quantile};
+pub use tools::ToolSetup;
 
 #[cfg(test)]
 mod tests;

@@ -3,8 +3,8 @@
 //! Names as an answer writes them come in; piece ids go out, or an error that names the step, the name and
 //! the live pieces. Imports this module's pieces and errors.
 
+use super::error::StageError;
 use super::pieces::PieceId;
-use super::subgoal::StageError;
 
 /// The pieces that exist between two stages, oldest first.
 pub struct LivePieces {

@@ -1,9 +1,8 @@
 //! Pieces of dough: which there are in a plan, and which particles belong to which.
 //!
 //! Names and clouds of a plan come in as [`Piece`]s; [`Pieces`] says for every particle where it belongs,
-//! and follows that through the stages. Imports point clouds and this module's subgoals.
+//! whatever stages do to them. Imports point clouds.
 
-use super::subgoal::Subgoal;
 use crate::math::cloud::Point;
 
 /// Index of a piece in a plan. Piece 0 is the initial dough.
@@ -44,26 +43,14 @@ impl Pieces {
         (0..self.of_particle.len()).filter(|&i| pieces.contains(&self.of_particle[i])).collect()
     }
 
-    /// After a stage: each active particle goes to the piece of the target point that it is matched with.
-    /// `positions` are of all particles, in m. `matching` gets the active particles and the target (equally
-    /// many) and returns, for each particle, the index of its target point; `emd`'s exact assignment is
-    /// meant.
-    pub fn relabel(
-        &mut self,
-        subgoal: &Subgoal,
-        positions: &[Point],
-        matching: impl FnOnce(&[Point], &[Point]) -> Vec<usize>,
-    ) {
-        let active: Vec<Point> = subgoal.active.iter().map(|&i| positions[i]).collect();
-        let target_of = matching(&active, &subgoal.target);
-        for (&particle, &target) in subgoal.active.iter().zip(&target_of) {
-            self.of_particle[particle] = subgoal.piece_of_target[target];
-        }
+    /// Says that a particle belongs to a piece now.
+    pub fn assign(&mut self, particle: usize, piece: PieceId) {
+        self.of_particle[particle] = piece;
     }
 }
 
-/// How many of `n` points each piece gets: in proportion to the stated volumes if all are stated, otherwise
-/// to the measured ones.
+/// In what proportion pieces share particles: by their stated volumes if all are stated, otherwise by the
+/// measured ones.
 pub fn weights(pieces: &[&Piece]) -> Vec<f64> {
     let stated: Option<Vec<f64>> = pieces.iter().map(|p| p.stated_volume).collect();
     // A cloud too degenerate to measure still gets its point.

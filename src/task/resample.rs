@@ -48,8 +48,8 @@ fn distinct(cloud: &[Point]) -> Vec<Point> {
     cloud.iter().filter(|p| seen.insert(p.map(f64::to_bits))).copied().collect()
 }
 
-/// At least `wanted` points: the cloud and random places between its near neighbours. All corners are points of the
-/// cloud itself, so that clumps do not breed.
+/// At least `wanted` points: the cloud and random places between its near neighbours. All corners are
+/// points of the cloud itself, so that clumps do not breed.
 fn multiplied(cloud: &[Point], wanted: usize, volume: f64, rng: &mut Pcg64) -> Vec<Point> {
     let grid = Neighbours::new(cloud, spacing(volume, cloud.len()));
     let mut pool = cloud.to_vec();

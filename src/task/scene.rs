@@ -6,15 +6,17 @@
 use super::error::Complaint;
 use super::file::{DoughShape, DoughTable, TargetTable, TaskFile, WorldTable};
 use super::generate::{Generator, generate};
-use super::shapes::Solid;
+use super::shapes::{Dough, Solid};
 use super::subgoal::{Frame, World};
-use super::tools::check_tools;
-use super::values::{all_finite, all_positive, at_least, not_negative, number, positive};
+use super::tools::{ToolSetup, check_tools};
+use super::values::{all_finite, all_positive, count, not_negative, number, positive};
 use crate::llm::stage::Stage;
 use crate::math::cloud::{Bounds, Point};
 use crate::plan::settings::PlannerSettings;
 use crate::sim::params::{COURANT_LIMIT, Params};
-use crate::sim::tool::{Tool, ToolPose};
+
+/// The most of anything countable: beyond it a slip of the keyboard is likelier than an intention.
+const MOST: usize = 1_000_000;
 
 /// A checked task.
 #[derive(Clone, Debug)]
@@ -34,22 +36,6 @@ pub struct Scene {
     pub planner: PlannerSettings,
 }
 
-/// The piece of dough that a task starts with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dough {
-    pub solid: Solid,
-    pub center: Point,
-    /// How many particles it is made of.
-    pub particles: usize,
-}
-
-/// A tool and where it waits.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ToolSetup {
-    pub tool: Tool,
-    pub rest: ToolPose,
-}
-
 /// Where stages and the final goal come from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Target {
@@ -66,7 +52,7 @@ pub enum Target {
 impl Scene {
     /// The dough's particles, evenly spread. The seed shifts their pattern.
     pub fn particles(&self, seed: u64) -> Vec<Point> {
-        self.dough.solid.fill(self.dough.center, self.dough.particles, seed)
+        self.dough.fill(seed)
     }
 
     /// The tool of that name.
@@ -138,9 +124,9 @@ impl Scene {
 
 fn check_world(world: &WorldTable) -> Result<Params, Complaint> {
     let params = Params {
-        nodes: at_least("world.nodes", world.nodes, 16)?,
+        nodes: count("world.nodes", world.nodes, 16..=512)?,
         dt: positive("world.dt_s", world.dt_s)?,
-        substeps: at_least("world.substeps", world.substeps, 1)?,
+        substeps: count("world.substeps", world.substeps, 1..=MOST)?,
         youngs_modulus: positive("world.youngs_modulus_pa", world.youngs_modulus_pa)?,
         poisson_ratio: number(
             "world.poisson_ratio",
@@ -159,9 +145,6 @@ fn check_world(world: &WorldTable) -> Result<Params, Complaint> {
         )?,
         softness: not_negative("world.contact_softness_per_m", world.contact_softness_per_m)?,
     };
-    if world.nodes > 512 {
-        return Err(Complaint::new("world.nodes", format!("is {}, but must be at most 512", world.nodes)));
-    }
     let courant = params.courant();
     if courant > COURANT_LIMIT {
         let allowed = COURANT_LIMIT * params.dx() / params.wave_speed();
@@ -201,7 +184,7 @@ fn check_dough(dough: &DoughTable, workspace: &Bounds) -> Result<Dough, Complain
             return Err(Complaint::new("dough.center_m", problem));
         }
     }
-    Ok(Dough { solid, center, particles: at_least("dough.particles", dough.particles, 16)? })
+    Ok(Dough { solid, center, particles: count("dough.particles", dough.particles, 16..=MOST)? })
 }
 
 fn check_target(target: &TargetTable, tools: &[ToolSetup], dough: &Dough) -> Result<Target, Complaint> {
@@ -225,17 +208,17 @@ fn check_target(target: &TargetTable, tools: &[ToolSetup], dough: &Dough) -> Res
 }
 
 fn check_planner(planner: &PlannerSettings) -> Result<(), Complaint> {
-    at_least("planner.emd_steps", planner.emd_steps, 1)?;
+    count("planner.emd_steps", planner.emd_steps, 1..=MOST)?;
     positive("planner.emd_step_length_m", planner.emd_step_length_m)?;
-    at_least("planner.horizon", planner.horizon, 1)?;
-    at_least("planner.iterations", planner.iterations, 1)?;
-    at_least("planner.max_steps", planner.max_steps, planner.horizon)?;
+    count("planner.horizon", planner.horizon, 1..=MOST)?;
+    count("planner.iterations", planner.iterations, 1..=MOST)?;
+    count("planner.max_steps", planner.max_steps, planner.horizon..=MOST)?;
     positive("planner.learning_rate", planner.learning_rate)?;
     for weight in planner.loss_weights {
         not_negative("planner.loss_weights", weight)?;
     }
     positive("planner.pose_delta_m", planner.pose_delta_m)?;
     not_negative("planner.emd_tolerance_m", planner.emd_tolerance_m)?;
-    at_least("planner.max_failures", planner.max_failures, 1)?;
+    count("planner.max_failures", planner.max_failures, 1..=MOST)?;
     Ok(())
 }

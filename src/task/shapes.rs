@@ -85,6 +85,22 @@ impl Solid {
     }
 }
 
+/// The piece of dough that a task starts with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dough {
+    pub solid: Solid,
+    pub center: Point,
+    /// How many particles it is made of.
+    pub particles: usize,
+}
+
+impl Dough {
+    /// Its particles, evenly spread.
+    pub fn fill(&self, seed: u64) -> Vec<Point> {
+        self.solid.fill(self.center, self.particles, seed)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

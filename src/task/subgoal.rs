@@ -1,11 +1,10 @@
 //! From stages to subgoals: a plan's clouds in the world, and what a stage asks of the particles at hand.
 //!
 //! Stages in a language model's own coordinates come in; a [`StagePlan`] goes out, checked as a whole before
-//! anything is simulated, and from it a [`Subgoal`] a stage and the cloud of the final goal. Imports math,
-//! sim's parameters and llm's stage type.
+//! anything is simulated, and from it a [`Subgoal`] a stage and the cloud of the final goal. Imports math
+//! and llm's stage type.
 
-use thiserror::Error;
-
+use super::error::StageError;
 use super::names::LivePieces;
 use super::pieces::{Piece, PieceId, Pieces, weights};
 use super::resample::{resample, shares};
@@ -24,40 +23,6 @@ pub struct Frame {
     pub unit_m: f64,
     /// Where the model's origin is in x and z, m. Heights follow from resting on the table.
     pub center_xz: [f64; 2],
-}
-
-/// Why a plan cannot be carried out in a task's world.
-#[derive(Debug, Error, PartialEq)]
-pub enum StageError {
-    #[error("the plan has no step that uses a tool; ask for another answer")]
-    Empty,
-
-    #[error("step {step} names no tool; this task has {known}")]
-    NoTool { step: u32, known: String },
-
-    #[error(
-        "step {step} uses the tool `{tool}`, which this task does not have; it has {known}: add a [[tools]] \
-         table or ask for another answer"
-    )]
-    UnknownTool { step: u32, tool: String, known: String },
-
-    #[error(
-        "step {step} takes `{name}`, which no step before it made; the pieces at that point are {live}: \
-         correct the name in the answer"
-    )]
-    UnknownPiece { step: u32, name: String, live: String },
-
-    #[error("step {step} makes no piece of dough; its output variables must be arrays of points")]
-    NoOutput { step: u32 },
-
-    #[error("step {step} makes `{name}` with {problem}; correct its code or ask for another answer")]
-    BadCloud { step: u32, name: String, problem: String },
-
-    #[error(
-        "step {step} puts `{name}` {excess_m:.3} m outside the workspace: it reaches {axis} = {reach_m:.3} m, \
-         and the workspace ends at {limit_m:.3} m; use a smaller llm_unit_m or ask for a smaller shape"
-    )]
-    OutsideWorkspace { step: u32, name: String, axis: char, reach_m: f64, limit_m: f64, excess_m: f64 },
 }
 
 /// A plan in the world: what to make of what, with which tool.
@@ -94,6 +59,24 @@ pub struct Subgoal {
     pub target: Vec<Point>,
     /// The piece that each target point belongs to.
     pub piece_of_target: Vec<PieceId>,
+}
+
+impl Subgoal {
+    /// After the stage: each active particle goes to the piece of the target point that it is matched with.
+    /// `positions` are of all particles, m. `matching` gets the active particles and the target, equally many,
+    /// and returns for each particle the index of its target point; exact assignment is meant.
+    pub fn relabel(
+        &self,
+        pieces: &mut Pieces,
+        positions: &[Point],
+        matching: impl FnOnce(&[Point], &[Point]) -> Vec<usize>,
+    ) {
+        let active: Vec<Point> = self.active.iter().map(|&i| positions[i]).collect();
+        let target_of = matching(&active, &self.target);
+        for (&particle, &target) in self.active.iter().zip(&target_of) {
+            pieces.assign(particle, self.piece_of_target[target]);
+        }
+    }
 }
 
 /// What a plan must fit: the tools at hand and the room.

@@ -1,13 +1,19 @@
-//! Checks of `[[tools]]` tables.
+//! The tools of a task, and the checks of `[[tools]]` tables.
 //!
 //! Tables as written come in; tools of the simulator with their rest poses go out, or the first complaint.
 //! Imports sim's tools and this module's file types.
 
 use super::error::Complaint;
 use super::file::{ToolMotion, ToolShape, ToolTable};
-use super::scene::ToolSetup;
 use super::values::{all_finite, all_positive, not_negative, number, positive, quaternion};
 use crate::sim::tool::{Motion, Shape, Tool, ToolPose};
+
+/// A tool and where it waits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolSetup {
+    pub tool: Tool,
+    pub rest: ToolPose,
+}
 
 /// Judges all `[[tools]]` tables.
 pub fn check_tools(tables: &[ToolTable]) -> Result<Vec<ToolSetup>, Complaint> {

@@ -2,6 +2,8 @@
 //!
 //! A dotted key and a value as written come in; the value goes out. Imports this module's errors.
 
+use std::ops::RangeInclusive;
+
 use super::error::Complaint;
 
 /// `value` if it is finite and `fits`; `want` completes "must be ..".
@@ -34,12 +36,13 @@ pub fn all_positive<const N: usize>(key: &str, values: [f64; N]) -> Result<[f64;
     Ok(values)
 }
 
-/// A count of at least `least`.
-pub fn at_least(key: &str, value: usize, least: usize) -> Result<usize, Complaint> {
-    if value >= least {
+/// A count in `limits`.
+pub fn count(key: &str, value: usize, limits: RangeInclusive<usize>) -> Result<usize, Complaint> {
+    if limits.contains(&value) {
         return Ok(value);
     }
-    Err(Complaint::new(key, format!("is {value}, but must be at least {least}")))
+    let problem = format!("is {value}, but must be from {} to {}", limits.start(), limits.end());
+    Err(Complaint::new(key, problem))
 }
 
 /// A quaternion (w, x, y, z) that can be normalised.
