@@ -4,7 +4,9 @@
 //! ran to its end without reaching the target's threshold, 2 an error. Results go to standard
 //! output, progress and errors to standard error.
 
+mod check;
 mod simulate;
+mod tasks;
 mod view;
 
 use std::process::ExitCode;
@@ -23,6 +25,8 @@ struct Cli {
 enum Command {
     Simulate(simulate::SimulateArgs),
     View(view::ViewArgs),
+    Tasks(tasks::TasksArgs),
+    Check(check::CheckArgs),
 }
 
 /// Runs the program; the whole of `main`.
@@ -31,6 +35,8 @@ pub fn main() -> ExitCode {
     let outcome: anyhow::Result<ExitCode> = match cli.command {
         Command::Simulate(args) => simulate::run(&args),
         Command::View(args) => view::run(&args),
+        Command::Tasks(args) => tasks::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Check(args) => check::run(args).map(|()| ExitCode::SUCCESS),
     };
     match outcome {
         Ok(code) => code,

@@ -20,10 +20,8 @@ impl Bounds {
         let first = *cloud.first()?;
         let start = Self { min: first, max: first };
         Some(cloud.iter().fold(start, |mut b, p| {
-            for a in 0..3 {
-                b.min[a] = b.min[a].min(p[a]);
-                b.max[a] = b.max[a].max(p[a]);
-            }
+            b.min = std::array::from_fn(|a| b.min[a].min(p[a]));
+            b.max = std::array::from_fn(|a| b.max[a].max(p[a]));
             b
         }))
     }
@@ -58,9 +56,7 @@ impl Bounds {
 pub fn centroid(cloud: &[Point]) -> Point {
     let mut c = [0.0; 3];
     for p in cloud {
-        for a in 0..3 {
-            c[a] += p[a];
-        }
+        c.iter_mut().zip(p).for_each(|(sum, v)| *sum += v);
     }
     let n = cloud.len().max(1) as f64;
     c.map(|v| v / n)

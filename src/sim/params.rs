@@ -1,11 +1,22 @@
 //! Physical and numerical parameters of the simulator, and everything derived from them, in one place.
 //!
-//! Comes in from a checked task file or scene file; goes out to every kernel. Imports nothing.
+//! Comes in from a checked task file or scene file; goes out to every kernel. Imports only point clouds.
 
-use serde::{Deserialize, Serialize};
+use crate::math::cloud::{Bounds, Point};
+
+/// Nodes next to each wall in which nothing moves outward, and so the cells the dough keeps clear of.
+pub const WALL_NODES: usize = 3;
+
+/// Mass per volume of the dough, kg/m^3. The reference world fixes it to 1.
+pub const DENSITY: f64 = 1.0;
+
+/// The largest [`Params::courant`] number that a task may have. At 1 an elastic wave crosses a whole cell
+/// in one substep and explicit integration breaks down; the margin is for dough that is squeezed, whose
+/// waves are faster.
+pub const COURANT_LIMIT: f64 = 0.9;
 
 /// Parameters of one simulated world: the unit cube, y up.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Params {
     /// Grid nodes per axis; the cell size is `1 / nodes`.
     pub nodes: usize,
@@ -51,31 +62,46 @@ impl Default for Params {
 pub const CONTACT_THRESHOLD: f64 = 0.1;
 
 impl Params {
-    /// Cell size, m.
+    /// Edge of a grid cell, m.
     pub fn dx(&self) -> f64 {
         1.0 / self.nodes as f64
     }
 
-    /// Volume of a particle, `(dx/2)^2`: PlasticineLab's value, squared also in 3-D.
+    /// "Volume" of a particle: `(dx / 2)^2`. Squared in three dimensions too: that is the reference
+    /// world's definition, and masses, stresses and recorded results rest on it.
     pub fn particle_volume(&self) -> f64 {
-        let half = 0.5 * self.dx();
-        half * half
+        (0.5 * self.dx()).powi(2)
     }
 
-    /// Mass of a particle: density 1 times its volume.
+    /// Mass of a particle: density times [`Params::particle_volume`].
     pub fn particle_mass(&self) -> f64 {
-        self.particle_volume()
+        DENSITY * self.particle_volume()
     }
 
-    /// Shear modulus, Pa.
+    /// First Lame parameter (shear modulus), Pa: `E / (2 (1 + nu))`.
     pub fn mu(&self) -> f64 {
         self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
     }
 
-    /// First Lame parameter, Pa.
+    /// Second Lame parameter, Pa: `E nu / ((1 + nu) (1 - 2 nu))`.
     pub fn lambda(&self) -> f64 {
         let nu = self.poisson_ratio;
         self.youngs_modulus * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    }
+
+    /// Speed of a pressure wave in undeformed dough, m/s: `sqrt((lambda + 2 mu) / density)`.
+    pub fn wave_speed(&self) -> f64 {
+        ((self.lambda() + 2.0 * self.mu()) / DENSITY).sqrt()
+    }
+
+    /// Cells that a pressure wave crosses in one substep: `dt c / dx`. See [`COURANT_LIMIT`].
+    pub fn courant(&self) -> f64 {
+        self.dt * self.wave_speed() / self.dx()
+    }
+
+    /// Length of a control step, s.
+    pub fn control_step(&self) -> f64 {
+        self.dt * self.substeps as f64
     }
 
     /// Norm of the deviatoric Hencky strain at which the dough yields.
@@ -97,18 +123,48 @@ impl Params {
     pub fn position_bounds(&self) -> (f64, f64) {
         (self.lower_bound * self.dx(), 1.0 - 3.0 * self.dx())
     }
+
+    /// Where dough may be: [`WALL_NODES`] cells from the walls and the ceiling. Below, it is the height to
+    /// which particles are clamped, because resting dough sinks a little into the floor's nodes.
+    pub fn workspace(&self) -> Bounds {
+        let wall = WALL_NODES as f64 * self.dx();
+        let min: Point = [wall, self.lower_bound * self.dx(), wall];
+        Bounds { min, max: [1.0 - wall; 3] }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_relative_eq;
 
     #[test]
-    fn derived_numbers_of_pasta() {
+    fn derived_numbers_of_the_default_world() {
         let p = Params::default();
-        approx::assert_relative_eq!(p.mu(), 2173.913_043_478_261);
-        approx::assert_relative_eq!(p.lambda(), 931.677_018_633_540_4, max_relative = 1e-12);
-        approx::assert_relative_eq!(p.particle_volume(), 1.0 / 16384.0);
-        approx::assert_relative_eq!(p.stress_factor(), -p.dt, max_relative = 1e-12);
+        assert_eq!(p.dx(), 1.0 / 64.0);
+        assert_eq!(p.particle_volume(), (1.0f64 / 128.0).powi(2));
+        assert_eq!(p.particle_mass(), p.particle_volume());
+        assert_relative_eq!(p.mu(), 5000.0 / 2.3);
+        assert_relative_eq!(p.lambda(), 750.0 / (1.15 * 0.7));
+        assert_relative_eq!(p.wave_speed(), 72.66, epsilon = 0.01);
+        assert_relative_eq!(p.control_step(), 2e-3);
+    }
+
+    #[test]
+    fn courant_number_passes_for_the_default_world_and_grows_with_dt_and_nodes() {
+        let p = Params::default();
+        assert_relative_eq!(p.courant(), 0.465, epsilon = 1e-3);
+        assert!(p.courant() < COURANT_LIMIT);
+        let finer = Params { nodes: 128, ..p.clone() };
+        assert_relative_eq!(finer.courant(), 2.0 * p.courant());
+        let slower = Params { dt: 3e-4, ..p };
+        assert!(slower.courant() > COURANT_LIMIT);
+    }
+
+    #[test]
+    fn workspace_keeps_clear_of_the_walls() {
+        let w = Params::default().workspace();
+        assert_eq!(w.min, [3.0 / 64.0, 1.0 / 64.0, 3.0 / 64.0]);
+        assert_eq!(w.max, [1.0 - 3.0 / 64.0; 3]);
     }
 }

@@ -1,1 +1,31 @@
-//! Placeholder until the module lands.
+//! Tasks: files, checked scenes, pieces of dough, and subgoals in the simulator's world.
+//!
+//! A `--task` argument becomes a [`Scene`]; a language model's stages become a [`StagePlan`], and that, stage
+//! by stage, a [`Subgoal`] for the particles at hand. Imports math, sim, llm's stage type and the planner's
+//! settings.
+
+pub mod error;
+pub mod file;
+pub mod generate;
+mod names;
+pub mod neighbours;
+pub mod pieces;
+pub mod resample;
+pub mod scene;
+pub mod shapes;
+pub mod source;
+pub mod subgoal;
+pub mod tools;
+mod values;
+pub mod volume;
+
+pub use error::{StageError, TaskError};
+pub use pieces::{Piece, PieceId, Pieces};
+pub use scene::{Scene, Target};
+pub use shapes::{Dough, Solid};
+pub use source::{TaskSource, built_in_names, load_scene};
+pub use subgoal::{Frame, PlannedStage, StagePlan, Subgoal, World, low_quantile};
+pub use tools::ToolSetup;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,34 @@
+//! `donut tasks`: lists the tasks in the binary, a line each.
+//!
+//! At most a task's name comes in; a table, or that task's file, goes to standard output. Imports the task
+//! module.
+
+use anyhow::Result;
+use clap::Args;
+use comfy_table::{Table, presets};
+
+use crate::task::{TaskSource, built_in_names, load_scene};
+
+/// List the tasks that donut knows by name.
+#[derive(Args)]
+pub struct TasksArgs {
+    /// Print this task's file instead, to copy and change; the one of `donut` explains every key.
+    #[arg(long, value_name = "NAME")]
+    show: Option<String>,
+}
+
+/// Prints the list, or one file.
+pub fn run(args: TasksArgs) -> Result<()> {
+    if let Some(task) = args.show {
+        print!("{}", TaskSource::find(&task)?.text);
+        return Ok(());
+    }
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    for name in built_in_names() {
+        let scene = load_scene(name)?;
+        table.add_row([scene.name, scene.description]);
+    }
+    println!("{}", table.trim_fmt());
+    Ok(())
+}

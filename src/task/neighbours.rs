@@ -1,0 +1,111 @@
+//! Which points of a cloud are near a place: a hash grid over the cloud.
+//!
+//! A cloud and a cell size come in; neighbours with their distances go out, in a fixed order. Imports
+//! point clouds.
+
+use std::collections::HashMap;
+
+use crate::math::cloud::{Point, distance};
+
+/// A point near the place asked about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neighbour {
+    /// Its index in the cloud.
+    pub index: usize,
+    /// How far it is.
+    pub distance: f64,
+}
+
+/// A cloud sorted into cubic cells. Most useful when a cell holds a few points.
+pub struct Neighbours<'a> {
+    cloud: &'a [Point],
+    cell: f64,
+    cells: HashMap<[i64; 3], Vec<usize>>,
+}
+
+/// Edge of the cube that each of `n` points has to itself in a volume.
+pub fn spacing(volume: f64, n: usize) -> f64 {
+    (volume / n.max(1) as f64).cbrt()
+}
+
+impl<'a> Neighbours<'a> {
+    /// Sorts a cloud of finite points into cells of edge `cell` (made positive if it is not).
+    pub fn new(cloud: &'a [Point], cell: f64) -> Self {
+        let cell = if cell > 0.0 && cell.is_finite() { cell } else { 1.0 };
+        let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+        for (i, p) in cloud.iter().enumerate() {
+            cells.entry(cell_of(*p, cell)).or_default().push(i);
+        }
+        Self { cloud, cell, cells }
+    }
+
+    /// All points within `radius` of `place` (the place itself too, if it is in the cloud), in the order
+    /// of the cells and of the cloud.
+    pub fn within(&self, place: Point, radius: f64) -> Vec<Neighbour> {
+        let low = cell_of(place.map(|x| x - radius), self.cell);
+        let high = cell_of(place.map(|x| x + radius), self.cell);
+        let mut found = Vec::new();
+        for x in low[0]..=high[0] {
+            for y in low[1]..=high[1] {
+                for z in low[2]..=high[2] {
+                    let Some(members) = self.cells.get(&[x, y, z]) else { continue };
+                    for &index in members {
+                        let d = distance(place, self.cloud[index]);
+                        if d <= radius {
+                            found.push(Neighbour { index, distance: d });
+                        }
+                    }
+                }
+            }
+        }
+        found
+    }
+
+    /// The `k` points nearest to `place` (fewer if the cloud is smaller), nearest first.
+    pub fn nearest(&self, place: Point, k: usize) -> Vec<Neighbour> {
+        let k = k.min(self.cloud.len());
+        let mut radius = 1.5 * self.cell;
+        // A far outlier: looking at everything is cheaper than ever wider shells of empty cells.
+        let widest = 12.0 * self.cell;
+        loop {
+            let mut found = if radius > widest {
+                let all = self.cloud.iter().enumerate();
+                all.map(|(index, p)| Neighbour { index, distance: distance(place, *p) }).collect()
+            } else {
+                self.within(place, radius)
+            };
+            if found.len() >= k {
+                found.sort_by(|a, b| a.distance.total_cmp(&b.distance).then(a.index.cmp(&b.index)));
+                found.truncate(k);
+                return found;
+            }
+            radius *= 2.0;
+        }
+    }
+}
+
+fn cell_of(p: Point, cell: f64) -> [i64; 3] {
+    p.map(|x| (x / cell).floor() as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::rng::{seeded, uniform};
+
+    #[test]
+    fn agrees_with_looking_at_every_point() {
+        let mut rng = seeded(1, "neighbours");
+        let mut cloud: Vec<Point> =
+            (0..200).map(|_| std::array::from_fn(|_| uniform(&mut rng) - 0.5)).collect();
+        cloud.push([9.0, 9.0, 9.0]);
+        let grid = Neighbours::new(&cloud, 0.15);
+        for place in [cloud[3], cloud[200], [0.1, 0.2, -0.3]] {
+            let mut all: Vec<f64> = cloud.iter().map(|p| distance(*p, place)).collect();
+            all.sort_by(f64::total_cmp);
+            let near: Vec<f64> = grid.nearest(place, 5).iter().map(|n| n.distance).collect();
+            assert_eq!(near, all[..5]);
+            assert_eq!(grid.within(place, 0.3).len(), all.iter().filter(|d| **d <= 0.3).count());
+        }
+    }
+}

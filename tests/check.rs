@@ -1,0 +1,46 @@
+//! `donut tasks` and `donut check` as a user meets them.
+
+use assert_cmd::Command;
+
+fn donut(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::cargo_bin("donut").unwrap().args(arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn tasks_are_listed_and_each_checks() {
+    let (code, list, _) = donut(&["tasks"]);
+    assert_eq!(code, 0);
+    for name in ["donut", "baguette", "two-pancakes", "spread", "cut", "arrange"] {
+        assert!(list.contains(name), "{list}");
+        let (code, table, errors) = donut(&["check", "--task", name]);
+        assert_eq!((code, errors.as_str()), (0, ""));
+        assert!(table.contains("Courant number") && table.contains("0.465"), "{table}");
+    }
+}
+
+#[test]
+fn a_shown_task_is_a_file_that_checks() {
+    let (_, text, _) = donut(&["tasks", "--show", "donut"]);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.toml");
+    std::fs::write(&file, text).unwrap();
+    assert_eq!(donut(&["check", "--task", file.to_str().unwrap()]).0, 0);
+}
+
+#[test]
+fn bad_tasks_get_one_error_and_exit_code_2() {
+    let (code, out, error) = donut(&["check", "--task", "bagguette"]);
+    assert_eq!((code, out.as_str()), (2, ""));
+    assert!(error.starts_with("error: ") && error.contains("did you mean `baguette`?"), "{error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.toml");
+    let donut_toml = include_str!("../tasks/donut.toml");
+    std::fs::write(&file, donut_toml.replace("radius_m = 0.07", "radius_m = -0.07")).unwrap();
+    let (code, _, error) = donut(&["check", "--task", file.to_str().unwrap()]);
+    assert_eq!(code, 2);
+    assert!(error.contains("mine.toml, line") && error.contains("dough.shape.ball.radius_m"), "{error}");
+}
