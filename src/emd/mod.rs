@@ -1,3 +1,20 @@
-//! The earth mover's distance.
+//! The earth mover's distance between point clouds: exact, nearly exact, and as a Sinkhorn divergence.
+//!
+//! Clouds of points come in, distances, correspondences, gradients and moved clouds go out; nothing
+//! here knows of dough, tools or files. Imports only [`crate::math`].
+//!
+//! | looking for | open |
+//! |---|---|
+//! | the exact matching of equal clouds | [`exact`], which runs [`auction`] and then [`augment`] |
+//! | clouds of different size, weights | [`transport`] |
+//! | GeomLoss's Sinkhorn divergence | [`sinkhorn`], with [`schedule`] and [`softmin`] |
+//! | the next reachable cloud of the paper's equation 1 | [`reach`] |
+//! | how an inner loop skips and vectorises | [`packed`], [`real`], [`wide`] |
 
+mod auction;
+mod augment;
+mod cost;
 pub mod exact;
+mod packed;
+mod real;
+mod wide;

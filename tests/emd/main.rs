@@ -1,0 +1,5 @@
+//! Tests of the earth mover's distance through its public face.
+
+mod clouds;
+mod exact;
+mod golden;
