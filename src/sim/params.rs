@@ -2,6 +2,8 @@
 //!
 //! Comes in from a checked task file or scene file; goes out to every kernel. Imports only point clouds.
 
+use serde::{Deserialize, Serialize};
+
 use crate::math::cloud::{Bounds, Point};
 
 /// Nodes next to each wall in which nothing moves outward, and so the cells the dough keeps clear of.
@@ -16,7 +18,7 @@ pub const DENSITY: f64 = 1.0;
 pub const COURANT_LIMIT: f64 = 0.9;
 
 /// Parameters of one simulated world: the unit cube, y up.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Params {
     /// Grid nodes per axis; the cell size is `1 / nodes`.
     pub nodes: usize,
