@@ -12,6 +12,9 @@ pub type V = Vector3<f32>;
 /// Tangent of half the vertical field of view (about 26 degrees): long enough to look natural.
 const HALF_VIEW: f32 = 0.23;
 
+/// Free space around the bounds, as a factor.
+const MARGIN: f32 = 1.05;
+
 /// Where pictures are taken from.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
@@ -28,21 +31,28 @@ pub struct Camera {
 impl Camera {
     /// A camera that looks down at the middle of `bounds` and has all of it in the picture.
     pub fn framing(bounds: &Bounds, width: usize, height: usize) -> Self {
-        let middle = V::from(bounds.center().map(|v| v as f32));
-        let reach = 0.5 * bounds.diagonal() as f32;
-        let towards_eye = V::new(0.45, 0.62, 1.0).normalize();
-        let narrow = HALF_VIEW * (width as f32 / height as f32).min(1.0);
-        let distance = (reach / narrow) * (1.0 + narrow * narrow).sqrt();
-        let forward = -towards_eye;
+        let forward = -V::new(0.45, 0.62, 1.0).normalize();
         let right = forward.cross(&V::y()).normalize();
-        Self {
-            eye: middle + towards_eye * distance,
+        let middle = V::from(bounds.center().map(|v| v as f32));
+        let mut camera = Self {
+            eye: middle,
             right,
             up: right.cross(&forward),
             forward,
             focal: 0.5 * height as f32 / HALF_VIEW,
             center: [0.5 * width as f32, 0.5 * height as f32],
-        }
+        };
+        // Step back until every corner is seen, with a margin.
+        let across = HALF_VIEW * width as f32 / height as f32;
+        let distance = corners(bounds)
+            .map(|p| {
+                let p = p - middle;
+                let (x, y) = (p.dot(&right).abs(), p.dot(&camera.up).abs());
+                MARGIN * (x / across).max(y / HALF_VIEW) - p.dot(&forward)
+            })
+            .fold(0.0, f32::max);
+        camera.eye = middle - forward * distance.max(0.05);
+        camera
     }
 
     /// Column and row in pixels, and the distance along the view direction in m.
@@ -76,6 +86,12 @@ impl Camera {
     }
 }
 
+/// The eight corners of a box.
+fn corners(bounds: &Bounds) -> impl Iterator<Item = V> {
+    let (min, max) = (bounds.min, bounds.max);
+    (0..8).map(move |k| V::from_fn(|a, _| (if k >> a & 1 == 1 { max[a] } else { min[a] }) as f32))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -84,9 +100,7 @@ mod tests {
     fn the_corners_of_the_bounds_are_in_the_picture_and_come_back() {
         let bounds = Bounds { min: [0.3, 0.0, 0.4], max: [0.7, 0.1, 0.6] };
         let camera = Camera::framing(&bounds, 320, 240);
-        for corner in 0..8 {
-            let p =
-                V::from_fn(|a, _| (if corner >> a & 1 == 1 { bounds.max[a] } else { bounds.min[a] }) as f32);
+        for p in corners(&bounds) {
             let [x, y, depth] = camera.project(p);
             assert!((0.0..320.0).contains(&x) && (0.0..240.0).contains(&y), "{x} {y}");
             assert!((camera.unproject(x, y, depth) - p).norm() < 1e-5);

@@ -43,10 +43,10 @@ impl Shadow {
             corner: [middle.dot(&u) - reach, middle.dot(&v) - reach],
             cell: 2.0 * reach / SIZE as f32,
             tops: vec![f32::NEG_INFINITY; SIZE * SIZE],
-            slack: scene.radius,
+            slack: 1.5 * scene.spacing,
         };
         for p in scene.dough.iter().filter(|p| p.iter().all(|c| c.is_finite())) {
-            shadow.stamp(V::from(*p), 0.9 * scene.radius);
+            shadow.stamp(V::from(*p), 0.9 * scene.spacing);
         }
         for (mesh, _) in &scene.tools {
             for corners in &mesh.triangles {
@@ -91,11 +91,9 @@ impl Shadow {
 
     /// The part of the lamp that a point sees. Shadows are sharp at contact and soften with the
     /// distance to what casts them.
-    pub fn lit(&self, p: V, turn: f32) -> f32 {
-        const SAMPLES: usize = 28;
+    pub fn lit(&self, p: V, disc: &Disc) -> f32 {
         let ([x, y], height) = (self.pixel(p), p.dot(&lamp()));
-        let above = |size: f32, k: usize| {
-            let [dx, dy] = spiral(k, SAMPLES, turn);
+        let above = |size: f32, [dx, dy]: [f32; 2]| {
             let (column, row) = ((x + size * dx).round(), (y + size * dy).round());
             let inside = (0.0..SIZE as f32).contains(&column) && (0.0..SIZE as f32).contains(&row);
             let top =
@@ -104,7 +102,7 @@ impl Shadow {
         };
         let search = (SOFTNESS * 0.15 / self.cell).max(2.0);
         let (mut gap, mut found) = (0.0, 0);
-        for rise in (0..SAMPLES).filter_map(|k| above(search, k)) {
+        for rise in disc.0.iter().filter_map(|&d| above(search, d)) {
             gap += rise;
             found += 1;
         }
@@ -112,20 +110,18 @@ impl Shadow {
             return 1.0;
         }
         let size = (SOFTNESS * gap / found as f32 / self.cell).max(1.5);
-        1.0 - (0..SAMPLES).filter(|&k| above(size, k).is_some()).count() as f32 / SAMPLES as f32
+        1.0 - disc.0.iter().filter(|&&d| above(size, d).is_some()).count() as f32 / Disc::POINTS as f32
     }
 }
 
 /// How open the surroundings of a pixel are: 1 on a free surface, less in corners and near the dough.
-pub fn openness(surface: &Surface, camera: &Camera, p: V, normal: V, reach: f32, turn: f32) -> f32 {
-    const SAMPLES: usize = 20;
+pub fn openness(surface: &Surface, camera: &Camera, p: V, normal: V, reach: f32, disc: &Disc) -> f32 {
     let side = normal.cross(&if normal.x.abs() < 0.9 { V::x() } else { V::z() }).normalize();
     let other = normal.cross(&side);
     let mut hidden = 0.0;
-    for k in 0..SAMPLES {
-        let [a, b] = spiral(k, SAMPLES, turn);
+    for (k, &[a, b]) in disc.0.iter().enumerate() {
         let rise = (1.0 - a * a - b * b).max(0.0).sqrt();
-        let length = reach * (0.25 + 0.75 * ((k * 7 % SAMPLES) as f32 / SAMPLES as f32));
+        let length = reach * (0.25 + 0.75 * ((k * 7 % Disc::POINTS) as f32 / Disc::POINTS as f32));
         let sample = p + (side * a + other * b + normal * (rise + 0.1)) * length;
         let [x, y, depth] = camera.project(sample);
         if x < 0.0 || y < 0.0 || x >= surface.width as f32 || y >= surface.height as f32 {
@@ -138,12 +134,34 @@ pub fn openness(surface: &Surface, camera: &Camera, p: V, normal: V, reach: f32,
             hidden += (1.0 - over / (3.0 * reach)).clamp(0.0, 1.0);
         }
     }
-    1.0 - hidden / SAMPLES as f32
+    1.0 - hidden / Disc::POINTS as f32
 }
 
-/// The k-th of n points spread evenly over the unit disc, the whole turned by `turn` rad.
-fn spiral(k: usize, n: usize, turn: f32) -> [f32; 2] {
-    const GOLDEN_ANGLE: f32 = 2.399_963_2;
-    let (radius, angle) = (((k as f32 + 0.5) / n as f32).sqrt(), k as f32 * GOLDEN_ANGLE + turn);
-    [radius * angle.cos(), radius * angle.sin()]
+/// Directions to look into: points spread evenly over the unit disc.
+pub struct Disc([[f32; 2]; Disc::POINTS]);
+
+impl Disc {
+    const POINTS: usize = 24;
+
+    /// The points of a sunflower.
+    pub fn new() -> Self {
+        const GOLDEN_ANGLE: f32 = 2.399_963_2;
+        Self(std::array::from_fn(|k| {
+            let radius = ((k as f32 + 0.5) / Self::POINTS as f32).sqrt();
+            let angle = k as f32 * GOLDEN_ANGLE;
+            [radius * angle.cos(), radius * angle.sin()]
+        }))
+    }
+
+    /// The points turned by an angle, rad: neighbouring pixels look into different directions.
+    pub fn turned(&self, angle: f32) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        Self(self.0.map(|[a, b]| [cos * a - sin * b, sin * a + cos * b]))
+    }
+}
+
+impl Default for Disc {
+    fn default() -> Self {
+        Self::new()
+    }
 }

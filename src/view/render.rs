@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::camera::{Camera, V};
-use super::light::{self, Shadow};
+use super::light::{self, Disc, Shadow};
 use super::picture::Picture;
 use super::scene::{self, Material, RenderScene};
 use super::surface::{Surface, Texel, Thing};
@@ -29,10 +29,10 @@ pub fn render(scene: &RenderScene, width: usize, height: usize) -> Picture {
     let (fine_width, fine_height) = (width * OVERSAMPLING, height * OVERSAMPLING);
     let camera = Camera::framing(&scene.bounds, fine_width, fine_height);
     let surface = Surface::seen(scene, &camera, fine_width, fine_height);
-    let shadow = Shadow::cast(scene);
+    let (shadow, disc) = (Shadow::cast(scene), Disc::new());
     let light: Vec<[f32; 3]> = (0..surface.texels.len())
         .into_par_iter()
-        .map(|i| shade(scene, &surface, &camera, &shadow, i))
+        .map(|i| shade(scene, &surface, &camera, (&shadow, &disc), i))
         .collect();
     let pixels = (0..width * height)
         .into_par_iter()
@@ -70,7 +70,13 @@ pub fn key_frames(run: &RunRecord, width: usize, height: usize) -> Picture {
 }
 
 /// The light that comes from a fine pixel, linear RGB.
-fn shade(scene: &RenderScene, surface: &Surface, camera: &Camera, shadow: &Shadow, i: usize) -> [f32; 3] {
+fn shade(
+    scene: &RenderScene,
+    surface: &Surface,
+    camera: &Camera,
+    (shadow, disc): (&Shadow, &Disc),
+    i: usize,
+) -> [f32; 3] {
     let (x, y) = (i % surface.width, i / surface.width);
     let Texel { depth, normal, thing } = *surface.at(x, y);
     let color = match thing {
@@ -81,9 +87,9 @@ fn shade(scene: &RenderScene, surface: &Surface, camera: &Camera, shadow: &Shado
         Thing::Tool(Material::Metal) => METAL,
     };
     let p = camera.unproject(x as f32 + 0.5, y as f32 + 0.5, depth);
-    let turn = noise(x, y);
-    let lit = shadow.lit(p + normal * (0.5 * scene.radius), turn);
-    let open = light::openness(surface, camera, p, normal, 5.0 * scene.radius, turn);
+    let disc = disc.turned(noise(x, y));
+    let lit = shadow.lit(p + normal * scene.spacing, &disc);
+    let open = light::openness(surface, camera, p, normal, 6.0 * scene.spacing, &disc);
     let towards_eye = (camera.eye() - p).normalize();
     let light = reflected(thing, color, normal, towards_eye, lit, open);
     if thing == Thing::Table {

@@ -20,8 +20,8 @@ pub struct RenderScene {
     pub dough: Vec<[f32; 3]>,
     /// The piece that each particle belongs to; pieces have different shades.
     pub piece: Vec<i32>,
-    /// Radius of the ball that a particle is drawn as.
-    pub radius: f32,
+    /// Distance between neighbouring particles.
+    pub spacing: f32,
     /// Height of the table's top.
     pub table: f32,
     /// The tools in place.
@@ -59,7 +59,7 @@ pub fn of_target(run: &RunRecord) -> RenderScene {
 fn without_tools(run: &RunRecord, dough: Vec<[f32; 3]>, piece: Vec<i32>) -> RenderScene {
     let table = table_height(run);
     RenderScene {
-        radius: particle_radius(&dough),
+        spacing: spacing(&dough),
         dough,
         piece,
         table,
@@ -68,7 +68,8 @@ fn without_tools(run: &RunRecord, dough: Vec<[f32; 3]>, piece: Vec<i32>) -> Rend
     }
 }
 
-/// Height of the table's top: where the dough lies lowest, but for the lowest in a thousand particles.
+/// Height of the table's top: where the dough lies lowest, but for the lowest in a thousand particles, and
+/// a little into it, since the body that is drawn is rounded at its edges.
 pub fn table_height(run: &RunRecord) -> f32 {
     let trajectory = &run.trajectory;
     let lowest = |frame: &[[f32; 3]]| {
@@ -83,7 +84,8 @@ pub fn table_height(run: &RunRecord) -> f32 {
     let first = trajectory.positions.first().map_or(0.0, |f| lowest(f));
     let last = trajectory.positions.last().map_or(0.0, |f| lowest(f));
     let low = first.min(last);
-    if low.is_finite() { low } else { 0.0 }
+    let into = 0.5 * trajectory.positions.first().map_or(0.0, |f| spacing(f));
+    if low.is_finite() { low + into } else { 0.0 }
 }
 
 /// All the dough of a run's frames and its target, and room for the tools' ends.
@@ -103,9 +105,9 @@ fn bounds(run: &RunRecord, table: f64) -> Bounds {
     all
 }
 
-/// A radius at which neighbouring particles overlap into a surface: from the median distance to the
-/// eighth neighbour, which says how densely the dough is sampled whether in a lattice or at random.
-pub fn particle_radius(dough: &[[f32; 3]]) -> f32 {
+/// The edge of the cube that each particle has to itself: from the median distance to the eighth
+/// neighbour, which says how densely dough is sampled whether in a lattice or at random.
+pub fn spacing(dough: &[[f32; 3]]) -> f32 {
     const NEIGHBOURS: usize = 8;
     const PROBES: usize = 60;
     if dough.len() <= NEIGHBOURS {
@@ -120,8 +122,8 @@ pub fn particle_radius(dough: &[[f32; 3]]) -> f32 {
         })
         .collect();
     let median = *reaches.select_nth_unstable_by(PROBES / 2, f64::total_cmp).1;
-    // A ball of that radius holds eight particles: its radius is 1.24 spacings.
-    (1.25 * median / 1.24).clamp(5e-4, 0.05) as f32
+    // A ball of that radius holds eight particles: 4/3 pi r^3 = 8 spacing^3.
+    (median / 1.24).clamp(5e-4, 0.05) as f32
 }
 
 /// Rolling pins and poles are wooden, blades and plates of metal.

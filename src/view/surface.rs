@@ -1,14 +1,15 @@
 //! What the camera sees at each pixel: depth, normal, and what it belongs to.
 //!
 //! A scene and a camera come in; a [`Surface`] goes out, for `light` and `render` to shade. Imports
-//! `view`'s camera, scene and mesh.
+//! `view`'s camera, field, scene and mesh.
 //!
-//! Dough is drawn as overlapping balls whose depth is then smoothed, so that thousands of particles
-//! read as one soft body with an edge where it ends.
+//! Dough is drawn as balls around the particles, which say where along each pixel's ray to look for the
+//! body that the particles stand for.
 
 use rayon::prelude::*;
 
 use super::camera::{Camera, V};
+use super::field::Field;
 use super::mesh::Mesh;
 use super::scene::{Material, RenderScene};
 
@@ -35,6 +36,16 @@ pub struct Texel {
 const NOTHING: Texel =
     Texel { depth: f32::INFINITY, normal: V::new(0.0, 1.0, 0.0), thing: Thing::Background };
 
+/// Between which depths a pixel's ray may meet dough, and the piece in front.
+#[derive(Clone, Copy)]
+struct Hull {
+    near: f32,
+    far: f32,
+    piece: i32,
+}
+
+const NO_HULL: Hull = Hull { near: f32::INFINITY, far: f32::NEG_INFINITY, piece: 0 };
+
 /// What the camera sees.
 pub struct Surface {
     pub width: usize,
@@ -60,24 +71,25 @@ impl Surface {
     }
 
     fn draw_dough(&mut self, scene: &RenderScene, camera: &Camera) {
+        let field = Field::of(&scene.dough, scene.spacing);
+        let mut hulls = vec![NO_HULL; self.texels.len()];
         for (p, &piece) in scene.dough.iter().zip(&scene.piece) {
             if p.iter().all(|v| v.is_finite()) {
-                self.draw_ball(V::from(*p), scene.radius, Thing::Dough(piece), camera);
+                self.cover(&mut hulls, V::from(*p), 2.0 * scene.spacing, piece, camera);
             }
         }
-        let depths: Vec<f32> = self.texels.iter().map(|t| t.depth).collect();
-        let smooth = smoothed(depths, self.width, self.height, scene.radius, camera);
-        let normals: Vec<V> = (0..smooth.len())
-            .into_par_iter()
-            .map(|i| normal_at(&smooth, self.width, self.height, i, scene.radius, camera))
-            .collect();
-        for ((texel, depth), normal) in self.texels.iter_mut().zip(smooth).zip(normals) {
-            (texel.depth, texel.normal) = (depth, normal);
-        }
+        let width = self.width;
+        self.texels.par_iter_mut().zip(hulls).enumerate().for_each(|(i, (texel, hull))| {
+            let ray = camera.ray((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+            if let Some(depth) = field.entry(camera.eye(), ray, hull.near, hull.far) {
+                let normal = field.normal(camera.eye() + ray * depth);
+                *texel = Texel { depth, normal, thing: Thing::Dough(hull.piece) };
+            }
+        });
     }
 
-    /// A ball, seen straight on: exact enough for balls much smaller than their distance.
-    fn draw_ball(&mut self, center: V, radius: f32, thing: Thing, camera: &Camera) {
+    /// Widens the hulls of the pixels that a ball covers.
+    fn cover(&self, hulls: &mut [Hull], center: V, radius: f32, piece: i32, camera: &Camera) {
         let [cx, cy, depth] = camera.project(center);
         let size = radius * camera.pixels_per_metre(depth);
         let (left, right) = span(cx - size, cx + size, self.width);
@@ -85,10 +97,13 @@ impl Surface {
         for y in top..bottom {
             for x in left..right {
                 let (dx, dy) = ((x as f32 + 0.5 - cx) / size, (y as f32 + 0.5 - cy) / size);
-                let inside = 1.0 - dx * dx - dy * dy;
-                let texel = &mut self.texels[y * self.width + x];
-                if inside > 0.0 && depth - radius * inside.sqrt() < texel.depth {
-                    *texel = Texel { depth: depth - radius * inside.sqrt(), normal: V::y(), thing };
+                let half = radius * (1.0 - dx * dx - dy * dy).max(0.0).sqrt();
+                let hull = &mut hulls[y * self.width + x];
+                if half > 0.0 {
+                    if depth - half < hull.near {
+                        (hull.near, hull.piece) = (depth - half, piece);
+                    }
+                    hull.far = hull.far.max(depth + half);
                 }
             }
         }
@@ -144,65 +159,4 @@ fn edge(a: [f32; 3], b: [f32; 3], px: f32, py: f32) -> f32 {
 /// The pixels between two coordinates, within the picture.
 fn span(from: f32, to: f32, size: usize) -> (usize, usize) {
     (from.floor().clamp(0.0, size as f32) as usize, (to.ceil() + 1.0).clamp(0.0, size as f32) as usize)
-}
-
-/// Rounds of smoothing along rows, then columns.
-const ROUNDS: usize = 3;
-
-/// The depth of the dough averaged over about a particle's size, across the body but not over its edge.
-fn smoothed(mut depths: Vec<f32>, width: usize, height: usize, radius: f32, camera: &Camera) -> Vec<f32> {
-    for step in [(1, 0), (0, 1)].repeat(ROUNDS) {
-        depths = (0..depths.len())
-            .into_par_iter()
-            .map(|i| {
-                let depth = depths[i];
-                if !depth.is_finite() {
-                    return depth;
-                }
-                let reach = (1.1 * radius * camera.pixels_per_metre(depth)).ceil().min(60.0) as isize;
-                let (mut sum, mut weights) = (0.0, 0.0);
-                for k in -reach..=reach {
-                    let x = (i % width) as isize + k * step.0;
-                    let y = (i / width) as isize + k * step.1;
-                    if x < 0 || y < 0 || x >= width as isize || y >= height as isize {
-                        continue;
-                    }
-                    let other = depths[y as usize * width + x as usize];
-                    let jump = (other - depth) / (2.0 * radius);
-                    let away = k as f32 / (0.6 * reach as f32);
-                    if other.is_finite() && jump.abs() < 3.0 {
-                        let weight = (-away * away - jump * jump).exp();
-                        sum += weight * other;
-                        weights += weight;
-                    }
-                }
-                sum / weights
-            })
-            .collect();
-    }
-    depths
-}
-
-/// The normal of a depth map, from the neighbours that are nearer in depth.
-fn normal_at(depths: &[f32], width: usize, height: usize, i: usize, radius: f32, camera: &Camera) -> V {
-    let (x, y, depth) = (i % width, i / width, depths[i]);
-    if !depth.is_finite() || x < 1 || y < 1 || x + 1 >= width || y + 1 >= height {
-        return V::y();
-    }
-    let point = |x: usize, y: usize| camera.unproject(x as f32 + 0.5, y as f32 + 0.5, depths[y * width + x]);
-    let here = point(x, y);
-    let slope = |(xa, ya): (usize, usize), (xb, yb): (usize, usize)| {
-        let (a, b) = (depths[ya * width + xa], depths[yb * width + xb]);
-        let (near_a, near_b) = ((a - depth).abs() < radius, (b - depth).abs() < radius);
-        match (near_a, near_b) {
-            (true, true) => point(xb, yb) - point(xa, ya),
-            (true, false) => here - point(xa, ya),
-            (false, true) => point(xb, yb) - here,
-            (false, false) => V::zeros(),
-        }
-    };
-    let across = slope((x - 1, y), (x + 1, y));
-    let down = slope((x, y - 1), (x, y + 1));
-    let normal = down.cross(&across);
-    if normal.norm_squared() > 0.0 { normal.normalize() } else { (camera.eye() - here).normalize() }
 }
