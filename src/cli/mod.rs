@@ -4,6 +4,7 @@
 //! ran to its end without reaching the target's threshold, 2 an error. Results go to standard
 //! output, progress and errors to standard error.
 
+mod bench;
 mod check;
 mod simulate;
 mod tasks;
@@ -26,6 +27,7 @@ enum Command {
     Simulate(simulate::SimulateArgs),
     View(view::ViewArgs),
     Tasks(tasks::TasksArgs),
+    Bench(bench::BenchArgs),
     Check(check::CheckArgs),
 }
 
@@ -36,6 +38,7 @@ pub fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(&args),
         Command::View(args) => view::run(&args),
         Command::Tasks(args) => tasks::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Bench(args) => bench::run(&args),
         Command::Check(args) => check::run(args).map(|()| ExitCode::SUCCESS),
     };
     match outcome {
