@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::emd::reach::Method as Reach;
+
 /// Parameters of Algorithm 1. Symbols are the paper's.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -28,14 +30,4 @@ pub struct PlannerSettings {
     pub emd_tolerance_m: f64,
     /// Failed segments in a row after which a stage gives up.
     pub max_failures: usize,
-}
-
-/// How the next reachable cloud is found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Reach {
-    /// Along one exact matching.
-    Exact,
-    /// Along the gradient of the Sinkhorn divergence, as in the paper.
-    Sinkhorn,
 }

@@ -32,3 +32,4 @@ pub use lanes::SimdLevel;
 pub use params::Params;
 pub use particles::ParticleState;
 pub use rollout::{Options, RolloutGradient, Simulator, StepSeed};
+pub use tool::{Motion, Shape, Tool, ToolPose};

@@ -11,6 +11,7 @@ mod names;
 pub mod neighbours;
 pub mod pieces;
 pub mod resample;
+pub mod run;
 pub mod scene;
 pub mod shapes;
 pub mod source;

@@ -1,0 +1,151 @@
+//! Where a tool starts (lines 8 to 12 of Algorithm 1).
+//!
+//! The dough, the motion that it should make and a tool come in; the pose of the highest score goes out:
+//! `argmax_x sum_i |p'_i - p_i|_1 / (d(p_i, x) + delta)` (paper, section III-B). Candidates stand over the
+//! active dough and are lowered until they almost touch it. Imports sim's tools.
+
+use crate::math::cloud::{Bounds, Point, distance};
+use crate::sim::{Motion, Tool, ToolPose};
+
+/// Distance to keep from the dough at the start, m: contact begins at less than that.
+const CLEARANCE: f64 = 0.004;
+/// How far candidates reach beyond the dough's bounds, m.
+const MARGIN: f64 = 0.01;
+/// Candidates along x and along z.
+const GRID: usize = 9;
+/// Gaps that are tried for a gripper.
+const GAPS: usize = 12;
+/// Steps in which a candidate is lowered, m: coarse, then fine.
+const DESCENT: [f64; 2] = [0.008, 0.002];
+/// A start this close to a failed one is the same start, m.
+const SAME_PLACE: f64 = 0.012;
+
+/// What the placement of a tool depends on.
+#[derive(Clone, Copy, Debug)]
+pub struct Placement<'a> {
+    pub tool: &'a Tool,
+    /// Gives orientation and, for a gripper, nothing else: height and gap follow from the dough.
+    pub rest: &'a ToolPose,
+    /// All particles, m.
+    pub positions: &'a [Point],
+    /// Particles that the stage is about.
+    pub active: &'a [usize],
+    /// Next reachable place of every particle, m.
+    pub reachable: &'a [Point],
+    /// delta, m.
+    pub delta: f64,
+}
+
+impl Placement<'_> {
+    /// The best start pose that is not near one of `failed`; the best of all if that leaves none. `None` if
+    /// the tool fits nowhere.
+    pub fn best(&self, failed: &[ToolPose]) -> Option<ToolPose> {
+        let scored: Vec<(f64, ToolPose)> =
+            self.candidates().into_iter().map(|pose| (self.score(&pose), pose)).collect();
+        let is_new =
+            |pose: &ToolPose| failed.iter().all(|f| distance(f.position, pose.position) > SAME_PLACE);
+        let first_of_highest = |fresh: bool| {
+            scored
+                .iter()
+                .filter(|(_, pose)| !fresh || is_new(pose))
+                .fold(None, |best: Option<&(f64, ToolPose)>, c| match best {
+                    Some(b) if b.0 >= c.0 => Some(b),
+                    _ => Some(c),
+                })
+                .map(|c| c.1)
+        };
+        first_of_highest(true).or_else(|| first_of_highest(false))
+    }
+
+    /// The paper's score of a pose: near the dough that should move most.
+    fn score(&self, pose: &ToolPose) -> f64 {
+        self.active
+            .iter()
+            .map(|&i| {
+                let (p, r) = (self.positions[i], self.reachable[i]);
+                let motion: f64 = (0..3).map(|a| (r[a] - p[a]).abs()).sum();
+                motion / (self.tool.distance(pose, p).max(0.0) + self.delta)
+            })
+            .sum()
+    }
+
+    /// Poses over a grid on the active dough, as low as the dough lets them.
+    fn candidates(&self) -> Vec<ToolPose> {
+        let active: Vec<Point> = self.active.iter().map(|&i| self.positions[i]).collect();
+        let Some(bounds) = Bounds::of(&active) else { return Vec::new() };
+        let at = |axis: usize, k: usize| {
+            let (lo, hi) = (bounds.min[axis] - MARGIN, bounds.max[axis] + MARGIN);
+            let v = lo + (hi - lo) * k as f64 / (GRID - 1) as f64;
+            v.clamp(self.tool.lower_bound[axis], self.tool.upper_bound[axis])
+        };
+        let mut poses = Vec::new();
+        for i in 0..GRID {
+            for k in 0..GRID {
+                for gap in self.gaps() {
+                    let pose =
+                        ToolPose { position: [at(0, i), 0.0, at(2, k)], rotation: self.rest.rotation, gap };
+                    poses.extend(self.lower(pose, bounds.max[1]));
+                }
+            }
+        }
+        poses
+    }
+
+    fn gaps(&self) -> Vec<f64> {
+        match self.tool.motion {
+            Motion::Gripper { minimal_gap, maximal_gap } => (0..GAPS)
+                .map(|k| minimal_gap + (maximal_gap - minimal_gap) * k as f64 / (GAPS - 1) as f64)
+                .collect(),
+            _ => vec![self.rest.gap],
+        }
+    }
+
+    /// Lowers a pose from above the dough until it almost touches it, or to the tool's lowest height.
+    ///
+    /// A gripper works from the sides: a pose in which it comes down on the dough, or in which no dough
+    /// is between its plates, is none.
+    fn lower(&self, mut pose: ToolPose, top: f64) -> Option<ToolPose> {
+        let lowest = self.tool.lower_bound[1];
+        // Above this height the tool touches nothing.
+        let (min, _) = self.tool.bounds(&pose);
+        let mut y = (top + CLEARANCE - min[1] + DESCENT[0]).clamp(lowest, self.tool.upper_bound[1]);
+        let near: Vec<Point> = self.under(&pose);
+        let is_free = |y: f64, pose: &mut ToolPose| {
+            pose.position[1] = y;
+            near.iter().all(|p| self.tool.distance(pose, *p) >= CLEARANCE)
+        };
+        for step in DESCENT {
+            while y > lowest && is_free((y - step).max(lowest), &mut pose) {
+                y = (y - step).max(lowest);
+            }
+        }
+        pose.position[1] = y;
+        match self.tool.motion {
+            Motion::Gripper { .. } => {
+                (y <= lowest && is_free(y, &mut pose) && self.straddles(&pose)).then_some(pose)
+            }
+            _ => Some(pose),
+        }
+    }
+
+    /// Particles that the tool can meet on its way down: those near its outline seen from above.
+    fn under(&self, pose: &ToolPose) -> Vec<Point> {
+        let (min, max) = self.tool.bounds(pose);
+        let inside = |p: &Point, a: usize| p[a] > min[a] - CLEARANCE && p[a] < max[a] + CLEARANCE;
+        self.positions.iter().filter(|p| inside(p, 0) && inside(p, 2)).copied().collect()
+    }
+
+    /// Whether most of the active dough in reach of the plates is between them.
+    fn straddles(&self, pose: &ToolPose) -> bool {
+        let frame = self.tool.frame(pose, 0.0);
+        let half = self.tool.shape.half_extents();
+        let (mut between, mut beyond) = (0, 0);
+        for &i in self.active {
+            let local = frame.to_local(self.positions[i].into());
+            if local.z.abs() <= half[2] {
+                if local.x.abs() < 0.5 * pose.gap { between += 1 } else { beyond += 1 }
+            }
+        }
+        between > beyond
+    }
+}
