@@ -20,6 +20,10 @@ fn main() {
         let x = clouds::ball(n, 0.2, 1);
         let y = clouds::torus(n, 0.22, 0.08, 2);
         time("exact", n, || assign(&x, &y));
+        let m = donut::emd::Measure::uniform;
+        let st = donut::emd::schedule::Settings::default();
+        time("sinkhorn f32", n, || donut::emd::sinkhorn::divergence::<f32>(m(&x), m(&y), &st));
+        time("sinkhorn f64", n, || donut::emd::sinkhorn::divergence::<f64>(m(&x), m(&y), &st));
         let e = assign(&x, &y).mean_distance;
         for tol in [2e-4, 1e-4] {
             let w = assign_within(&x, &y, e * tol).mean_distance;

@@ -14,7 +14,14 @@
 mod auction;
 mod augment;
 mod cost;
+mod error;
 pub mod exact;
 mod packed;
 mod real;
+pub mod schedule;
+pub mod sinkhorn;
+mod softmin;
 mod wide;
+
+pub use error::{EmdError, Measure};
+pub use real::Real;

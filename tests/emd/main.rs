@@ -3,3 +3,4 @@
 mod clouds;
 mod exact;
 mod golden;
+mod sinkhorn;
