@@ -179,7 +179,11 @@ impl Paths<'_> {
                 for &settled in &self.settled {
                     let settled = settled as usize;
                     let price = self.matching.prices.get(settled);
-                    self.matching.prices.set(self.targets, settled, price + (distance - self.labels[settled].distance));
+                    self.matching.prices.set(
+                        self.targets,
+                        settled,
+                        price + (distance - self.labels[settled].distance),
+                    );
                 }
                 return Some(slot);
             }

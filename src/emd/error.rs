@@ -33,7 +33,9 @@ pub enum EmdError {
     StepLength(f64),
     #[error("the clouds have {source_points} and {target_points} points; a matching needs equally many")]
     Unequal { source_points: usize, target_points: usize },
-    #[error("{source_points} x {target_points} points are too many for exact transport; take fewer, or sinkhorn")]
+    #[error(
+        "{source_points} x {target_points} points are too many for exact transport; take fewer, or sinkhorn"
+    )]
     TooLarge { source_points: usize, target_points: usize },
 }
 

@@ -99,11 +99,11 @@ impl<T: Real> Packed<T> {
         let inverse = (moments + ridge).try_inverse().unwrap_or_else(Matrix3::zeros);
         let weights: Vec<Vector3<f64>> =
             points.iter().map(|&p| inverse * Vector3::from(sub(p, mean))).collect();
-        let at = std::array::from_fn(|axis| {
-            std::array::from_fn(|k| T::of(points[k.min(points.len() - 1)][axis]))
+        let at =
+            std::array::from_fn(|axis| std::array::from_fn(|k| T::of(points[k.min(points.len() - 1)][axis])));
+        let fit = std::array::from_fn(|axis| {
+            std::array::from_fn(|k| weights.get(k).map_or(T::ZERO, |w| T::of(w[axis])))
         });
-        let fit =
-            std::array::from_fn(|axis| std::array::from_fn(|k| weights.get(k).map_or(T::ZERO, |w| T::of(w[axis]))));
         for axis in 0..3 {
             let coordinates: &[T; BLOCK] = &at[axis];
             let low = coordinates.iter().copied().fold(coordinates[0], T::least);

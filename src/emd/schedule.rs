@@ -103,7 +103,10 @@ mod tests {
             assert!(matches!(Settings { scaling, ..ok }.check(), Err(EmdError::Scaling(_))));
         }
         for diameter in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(matches!(Settings { diameter: Some(diameter), ..ok }.check(), Err(EmdError::Diameter(_))));
+            assert!(matches!(
+                Settings { diameter: Some(diameter), ..ok }.check(),
+                Err(EmdError::Diameter(_))
+            ));
         }
     }
 }

@@ -29,6 +29,9 @@ pub struct Divergence {
     /// the last update is differentiated, its dual potentials held fixed; that is the true gradient
     /// where the iteration has converged.
     pub gradient: Vec<Point>,
+    /// Where the transport plan brings each source point, shape (n, 3): the mean of the targets its
+    /// mass goes to. Several points may share a target.
+    pub image: Vec<Point>,
     /// Updates of the dual potentials.
     pub iterations: usize,
     /// How much mass the transport plan brings to the wrong targets: sum |column sum - weight|, of 2
@@ -56,6 +59,7 @@ pub fn divergence<T: Real>(
         return Ok(Divergence {
             value: 0.0,
             gradient: vec![[0.0; 3]; source.points.len()],
+            image: source.points.to_vec(),
             iterations: 0,
             marginal_error: 0.0,
             converged: true,
@@ -67,11 +71,10 @@ pub fn divergence<T: Real>(
     Ok(match settings.power {
         Power::One => {
             let cost = ClampedDistance { clamp: T::of(DISTANCE_CLAMP / (unit * unit)) };
-            Problem { clouds, cost, debias: settings.debias, unit, p: 1 }.solve(&temperatures)
+            Problem { clouds, cost, debias: settings.debias, unit, p: 1 }.solve(source.points, &temperatures)
         }
-        Power::Two => {
-            Problem { clouds, cost: HalfSquare, debias: settings.debias, unit, p: 2 }.solve(&temperatures)
-        }
+        Power::Two => Problem { clouds, cost: HalfSquare, debias: settings.debias, unit, p: 2 }
+            .solve(source.points, &temperatures),
     })
 }
 
@@ -117,7 +120,7 @@ struct Problem<T, C> {
 
 impl<T: Real, C: Cost<T>> Problem<T, C> {
     /// The annealing: every update averaged with the potentials before it, but for the first and last.
-    fn solve(&self, temperatures: &[f64]) -> Divergence {
+    fn solve(&self, points: &[Point], temperatures: &[f64]) -> Divergence {
         let scale = self.unit.powi(self.p);
         let eps_of = |&temperature: &f64| T::of(temperature / scale);
         let (first, last) = (eps_of(&temperatures[0]), eps_of(&temperatures[temperatures.len() - 1]));
@@ -133,9 +136,12 @@ impl<T: Real, C: Cost<T>> Problem<T, C> {
             value -= source.integral(&end.f_aa) + target.integral(&end.g_bb);
         }
         let marginal_error = self.marginal_error(last, &potentials, &end);
+        let (gradient, offset) = self.pulls(last, &potentials, &end);
+        let image = points.iter().zip(offset).map(|(p, d)| std::array::from_fn(|a| p[a] + d[a])).collect();
         Divergence {
             value: value * scale,
-            gradient: self.gradient(last, &potentials, &end),
+            gradient,
+            image,
             iterations: temperatures.len() + 2,
             marginal_error,
             converged: marginal_error < CONVERGED,
@@ -171,23 +177,26 @@ impl<T: Real, C: Cost<T>> Problem<T, C> {
         Pass { rows: &rows.cloud, targets: &targets.cloud, prices, cost: self.cost, eps }
     }
 
-    /// The gradient of the last update (from `before` to `end`) in the source points, in their order.
-    fn gradient(&self, eps: T, before: &Potentials<T>, end: &Potentials<T>) -> Vec<Point> {
+    /// The gradient of the last update (from `before` to `end`) in the source points, and the way from
+    /// each to its image, in the order of the source.
+    fn pulls(&self, eps: T, before: &Potentials<T>, end: &Potentials<T>) -> (Vec<Point>, Vec<Point>) {
         let [x, y] = &self.clouds;
-        let pull = |targets: &Side<T>, potential: &[T], minima: &[T]| {
-            self.pass(eps, x, targets, &prices(targets, potential, eps)).gradients(minima)
+        let pulls = |targets: &Side<T>, potential: &[T], minima: &[T]| {
+            self.pass(eps, x, targets, &prices(targets, potential, eps)).pulls(minima)
         };
-        let toward = pull(y, &before.g_ab, &end.f_ba);
-        let apart = if self.debias { pull(x, &before.f_aa, &end.f_aa) } else { Vec::new() };
+        let toward = pulls(y, &before.g_ab, &end.f_ba);
+        let apart = if self.debias { pulls(x, &before.f_aa, &end.f_aa) } else { Vec::new() };
         let scale = self.unit.powi(self.p - 1);
         let mut gradient = vec![[0.0; 3]; toward.len()];
+        let mut offset = gradient.clone();
         for (row, &i) in x.cloud.order.iter().enumerate() {
             gradient[i as usize] = std::array::from_fn(|axis| {
-                let apart = apart.get(row).map_or(0.0, |g| g[axis].wide());
-                scale * x.weights[row] * (toward[row][axis].wide() - apart)
+                let apart = apart.get(row).map_or(0.0, |pull| pull.gradient[axis].wide());
+                scale * x.weights[row] * (toward[row].gradient[axis].wide() - apart)
             });
+            offset[i as usize] = toward[row].offset.map(|v| self.unit * v.wide());
         }
-        gradient
+        (gradient, offset)
     }
 
     /// The plan of `f_ba` after the last update and `g_ab` before it has the right row sums; how far its

@@ -34,16 +34,15 @@ impl<T: Real, C: Cost<T>> Pass<'_, T, C> {
         minima
     }
 
-    /// The gradient of each soft minimum with respect to its row's point, the prices held fixed;
-    /// `minima` are the pass's soft minima.
-    pub fn gradients(self, minima: &[T]) -> Vec<[T; 3]> {
-        let mut gradients = vec![[T::ZERO; 3]; self.rows.len()];
-        gradients.par_chunks_mut(CHUNK).zip(minima.par_chunks(CHUNK)).enumerate().for_each(
+    /// How the targets draw each row's point; `minima` are the pass's soft minima.
+    pub fn pulls(self, minima: &[T]) -> Vec<Pull<T>> {
+        let mut pulls = vec![Pull { gradient: [T::ZERO; 3], offset: [T::ZERO; 3] }; self.rows.len()];
+        pulls.par_chunks_mut(CHUNK).zip(minima.par_chunks(CHUNK)).enumerate().for_each(
             |(chunk, (out, minima))| {
-                widest(Gradients { pass: self, first_row: chunk * CHUNK, minima, out });
+                widest(Pulls { pass: self, first_row: chunk * CHUNK, minima, out });
             },
         );
-        gradients
+        pulls
     }
 
     /// Values above a soft minimum by more than this have no weight.
@@ -57,6 +56,16 @@ impl<T: Real, C: Cost<T>> Pass<'_, T, C> {
     fn rate(&self) -> T {
         T::of(std::f64::consts::LOG2_E) / self.eps
     }
+}
+
+/// What the targets do to a row's point, each with its share of the row's mass,
+/// `P_ij = exp((minimum_i - C_ij - price_j) / eps)`.
+#[derive(Clone, Copy)]
+pub struct Pull<T> {
+    /// `sum_j P_ij grad C(x_i, y_j)`: the gradient of the soft minimum, the prices held fixed.
+    pub gradient: [T; 3],
+    /// `sum_j P_ij (y_j - x_i)`.
+    pub offset: [T; 3],
 }
 
 /// exp(-(value - least) / eps), per slot; 0 where it is negligible.
@@ -131,15 +140,15 @@ impl<T: Real> Visitor<T> for Gather<T> {
     }
 }
 
-/// The rows of one task of [`Pass::gradients`].
-struct Gradients<'a, T, C> {
+/// The rows of one task of [`Pass::pulls`].
+struct Pulls<'a, T, C> {
     pass: Pass<'a, T, C>,
     first_row: usize,
     minima: &'a [T],
-    out: &'a mut [[T; 3]],
+    out: &'a mut [Pull<T>],
 }
 
-impl<T: Real, C: Cost<T>> Kernel for Gradients<'_, T, C> {
+impl<T: Real, C: Cost<T>> Kernel for Pulls<'_, T, C> {
     type Output = ();
 
     #[inline(always)]
@@ -147,7 +156,7 @@ impl<T: Real, C: Cost<T>> Kernel for Gradients<'_, T, C> {
         let Pass { rows, targets, prices, cost, .. } = self.pass;
         for (k, out) in self.out.iter_mut().enumerate() {
             let u = rows.point(self.first_row + k);
-            let mut pull = Pull {
+            let mut sums = PullSums {
                 targets,
                 cost,
                 u,
@@ -155,18 +164,22 @@ impl<T: Real, C: Cost<T>> Kernel for Gradients<'_, T, C> {
                 rate: self.pass.rate(),
                 negligible: self.pass.negligible(),
                 mass: [T::ZERO; BLOCK],
-                pull: [[T::ZERO; BLOCK]; 3],
+                slope: [[T::ZERO; BLOCK]; 3],
+                offset: [[T::ZERO; BLOCK]; 3],
             };
-            targets.scan(prices, cost, u, 0, &mut pull);
+            targets.scan(prices, cost, u, 0, &mut sums);
             // In exact arithmetic the mass is 1; dividing by it takes off what rounding did to all.
-            let mass = halving_sum(pull.mass);
-            *out = pull.pull.map(|axis| -halving_sum(axis) / mass);
+            let mass = halving_sum(sums.mass);
+            *out = Pull {
+                gradient: sums.slope.map(|axis| -halving_sum(axis) / mass),
+                offset: sums.offset.map(|axis| halving_sum(axis) / mass),
+            };
         }
     }
 }
 
-/// Sums up what draws one row's point: `sum_j P_ij grad C(x_i, y_j)`, less its sign.
-struct Pull<'a, T, C> {
+/// The sums of a [`Pull`], per lane.
+struct PullSums<'a, T, C> {
     targets: &'a Packed<T>,
     cost: C,
     u: [T; 3],
@@ -174,10 +187,11 @@ struct Pull<'a, T, C> {
     rate: T,
     negligible: T,
     mass: [T; BLOCK],
-    pull: [[T; BLOCK]; 3],
+    slope: [[T; BLOCK]; 3],
+    offset: [[T; BLOCK]; 3],
 }
 
-impl<T: Real, C: Cost<T>> Visitor<T> for Pull<'_, T, C> {
+impl<T: Real, C: Cost<T>> Visitor<T> for PullSums<'_, T, C> {
     #[inline(always)]
     fn visit(&mut self, block: usize, values: &[T; BLOCK]) -> T {
         let limit = self.minimum + self.negligible;
@@ -186,10 +200,12 @@ impl<T: Real, C: Cost<T>> Visitor<T> for Pull<'_, T, C> {
             let d = self.targets.offsets(self.u, block);
             for k in 0..BLOCK {
                 let d2 = d[0][k] * d[0][k] + d[1][k] * d[1][k] + d[2][k] * d[2][k];
-                let pull = weights[k] * self.cost.slope(d2);
+                let slope = self.cost.slope(d2);
                 self.mass[k] += weights[k];
                 for axis in 0..3 {
-                    self.pull[axis][k] += pull * d[axis][k];
+                    let offset = weights[k] * d[axis][k];
+                    self.offset[axis][k] += offset;
+                    self.slope[axis][k] += slope * offset;
                 }
             }
         }

@@ -46,7 +46,10 @@ fn compare<T: Real>(value_floor: f64, gradient_floor: f64, tolerance: f64) -> [f
             assert!(error <= value_floor + tolerance * value.abs(), "{label}: {} for {value}", found.value);
             let size = length(gradient.iter().copied());
             let difference = length(found.gradient.iter().flatten().zip(&gradient).map(|(f, g)| f - g));
-            assert!(difference <= gradient_floor + tolerance * size, "{label}: gradient off by {difference} of {size}");
+            assert!(
+                difference <= gradient_floor + tolerance * size,
+                "{label}: gradient off by {difference} of {size}"
+            );
             worst[0] = worst[0].max(error / value.abs().max(value_floor / tolerance));
             worst[1] = worst[1].max(difference / size.max(gradient_floor / tolerance));
         }
