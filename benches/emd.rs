@@ -15,10 +15,31 @@ fn time<R>(name: &str, n: usize, mut f: impl FnMut() -> R) {
     println!("{name:<40} n={n:<6} median {:8.3} ms  best {:8.3} ms", t[3], t[0]);
 }
 fn main() {
-    for n in [500, 1000, 2000, 5000, 20000] {
+    if std::env::var("SK").is_ok() {
+        let n = 2000;
+        let x = clouds::ball(n, 0.2, 1);
+        let y = clouds::torus(n, 0.22, 0.08, 2);
+        let m = donut::emd::Measure::uniform;
+        let st = donut::emd::schedule::Settings::default();
+        time("sinkhorn f32", n, || donut::emd::sinkhorn::divergence::<f32>(m(&x), m(&y), &st));
+        return;
+    }
+    if std::env::var("STAT").is_ok() {
+        for n in [1000, 5000] {
+            let x = clouds::ball(n, 0.2, 1);
+            let y = clouds::torus(n, 0.22, 0.08, 2);
+            assign(&x, &y);
+        }
+        return;
+    }
+    for n in [500, 1000, 2000, 5000] {
         let x = clouds::ball(n, 0.2, 1);
         let y = clouds::torus(n, 0.22, 0.08, 2);
         time("exact", n, || assign(&x, &y));
+        let m = donut::emd::Measure::uniform;
+        let st = donut::emd::schedule::Settings::default();
+        time("sinkhorn f32", n, || donut::emd::sinkhorn::divergence::<f32>(m(&x), m(&y), &st));
+        time("sinkhorn f64", n, || donut::emd::sinkhorn::divergence::<f64>(m(&x), m(&y), &st));
         let e = assign(&x, &y).mean_distance;
         for tol in [2e-4, 1e-4] {
             let w = assign_within(&x, &y, e * tol).mean_distance;

@@ -138,8 +138,8 @@ impl Auction<'_> {
             let hint = hints[row as usize] as usize;
             let TwoBest { best, second, slot } = TwoBest::find(self.targets, &matching.prices, u, hint);
             // A single target has no second best: any raise will do.
-            let raise = if second < f32::INFINITY { second - best } else { 0.0 };
-            matching.prices.set(slot, matching.prices.get(slot) + raise + eps);
+            let raise = if second < f32::FAR { second - best } else { 0.0 };
+            matching.prices.set(self.targets, slot, matching.prices.get(slot) + raise + eps);
             hints[row as usize] = slot as u32;
             let outbid = matching.give(row, slot);
             if outbid != NONE {

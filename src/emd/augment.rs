@@ -11,6 +11,7 @@ use std::collections::BinaryHeap;
 use super::auction::{Matching, NONE, TwoBest};
 use super::cost::Distance;
 use super::packed::{BLOCK, Packed, Prices, Visitor, any_below};
+use super::real::Real;
 use super::wide::Kernel;
 
 /// Rounds of augmenting row reduction.
@@ -144,14 +145,14 @@ impl Paths<'_> {
                 let found = TwoBest::find(self.targets, &self.matching.prices, u, hint);
                 let before = self.matching.prices.get(found.slot);
                 let raised = before + (found.second - found.best);
-                let rose = raised > before && raised < f64::INFINITY;
+                let rose = raised > before && found.second < f64::FAR;
                 if !rose && self.matching.owner[found.slot] != NONE || bids_left == 0 {
                     left.push(row);
                     break;
                 }
                 bids_left -= 1;
                 if rose {
-                    self.matching.prices.set(found.slot, raised);
+                    self.matching.prices.set(self.targets, found.slot, raised);
                 }
                 row = self.matching.give(row, found.slot);
             }
@@ -178,7 +179,11 @@ impl Paths<'_> {
                 for &settled in &self.settled {
                     let settled = settled as usize;
                     let price = self.matching.prices.get(settled);
-                    self.matching.prices.set(settled, price + (distance - self.labels[settled].distance));
+                    self.matching.prices.set(
+                        self.targets,
+                        settled,
+                        price + (distance - self.labels[settled].distance),
+                    );
                 }
                 return Some(slot);
             }

@@ -1,49 +1,49 @@
 //! What it costs to move a unit of mass from one point to another.
 //!
-//! Each cost is a function of the squared distance that never falls as the distance grows, which is
-//! what lets [`super::packed`] bound it over a box. Imports nothing of the other layers.
+//! Each cost is a convex function of the distance, which is what lets [`super::packed`] bound it over
+//! a box. Imports nothing of the other layers.
 
 use super::real::Real;
 
-/// A cost as a function of the squared Euclidean distance. Zero-sized: it selects a kernel.
-pub trait Cost: Copy + Send + Sync {
+/// A cost as a function of the squared Euclidean distance; convex in the points.
+pub trait Cost<T>: Copy + Send + Sync {
     /// The cost at squared distance `d2`.
-    fn at<T: Real>(self, d2: T) -> T;
+    fn at(self, d2: T) -> T;
     /// `s` such that the gradient of the cost with respect to its first point is `s (u - v)`.
-    fn slope<T: Real>(self, d2: T) -> T;
+    fn slope(self, d2: T) -> T;
 }
 
 /// |u - v|.
 #[derive(Clone, Copy)]
 pub struct Distance;
 
-impl Cost for Distance {
+impl<T: Real> Cost<T> for Distance {
     #[inline(always)]
-    fn at<T: Real>(self, d2: T) -> T {
+    fn at(self, d2: T) -> T {
         d2.sqrt()
     }
     #[inline(always)]
-    fn slope<T: Real>(self, d2: T) -> T {
+    fn slope(self, d2: T) -> T {
         if d2 > T::ZERO { T::ONE / d2.sqrt() } else { T::ZERO }
     }
 }
 
-/// |u - v|, but nowhere below 1e-4: the distance of GeomLoss's p = 1 (Feydy et al. 2019).
+/// |u - v|, but constant where it is small: GeomLoss's p = 1 (Feydy et al. 2019).
 #[derive(Clone, Copy)]
-pub struct ClampedDistance;
+pub struct ClampedDistance<T> {
+    /// The squared distance under which the cost is constant.
+    pub clamp: T,
+}
 
-/// Squared distance under which [`ClampedDistance`] is constant.
-const CLAMP: f64 = 1e-8;
-
-impl Cost for ClampedDistance {
+impl<T: Real> Cost<T> for ClampedDistance<T> {
     #[inline(always)]
-    fn at<T: Real>(self, d2: T) -> T {
-        d2.most(T::of(CLAMP)).sqrt()
+    fn at(self, d2: T) -> T {
+        d2.most(self.clamp).sqrt()
     }
     #[inline(always)]
-    fn slope<T: Real>(self, d2: T) -> T {
+    fn slope(self, d2: T) -> T {
         let inverse = T::ONE / self.at(d2);
-        if d2 < T::of(CLAMP) { T::ZERO } else { inverse }
+        if d2 < self.clamp { T::ZERO } else { inverse }
     }
 }
 
@@ -51,13 +51,13 @@ impl Cost for ClampedDistance {
 #[derive(Clone, Copy)]
 pub struct HalfSquare;
 
-impl Cost for HalfSquare {
+impl<T: Real> Cost<T> for HalfSquare {
     #[inline(always)]
-    fn at<T: Real>(self, d2: T) -> T {
+    fn at(self, d2: T) -> T {
         d2 * T::of(0.5)
     }
     #[inline(always)]
-    fn slope<T: Real>(self, _: T) -> T {
+    fn slope(self, _: T) -> T {
         T::ONE
     }
 }

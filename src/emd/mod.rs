@@ -6,7 +6,7 @@
 //! | looking for | open |
 //! |---|---|
 //! | the exact matching of equal clouds | [`exact`], which runs [`auction`] and then [`augment`] |
-//! | clouds of different size, weights | [`transport`] |
+//! | clouds of different size, weights | [`transport`], a network simplex on a [`tree`] |
 //! | GeomLoss's Sinkhorn divergence | [`sinkhorn`], with [`schedule`] and [`softmin`] |
 //! | the next reachable cloud of the paper's equation 1 | [`reach`] |
 //! | how an inner loop skips and vectorises | [`packed`], [`real`], [`wide`] |
@@ -14,7 +14,17 @@
 mod auction;
 mod augment;
 mod cost;
+mod error;
 pub mod exact;
 mod packed;
+pub mod reach;
 mod real;
+pub mod schedule;
+pub mod sinkhorn;
+mod softmin;
+pub mod transport;
+mod tree;
 mod wide;
+
+pub use error::{EmdError, Measure};
+pub use real::Real;

@@ -6,31 +6,59 @@
 
 use super::cost::Cost;
 use super::real::Real;
-use crate::math::cloud::{Bounds, Point, sub};
+use crate::math::cloud::{Bounds, Point, centroid, sub};
+use nalgebra::{Matrix3, Vector3};
 
 /// Points per block: two AVX2 registers of `f32`.
 pub const BLOCK: usize = 16;
 /// Blocks whose bounds are tested together.
 const GROUP: usize = 8;
+/// Part of the trace that is added to a block's moments before they are inverted.
+const RIDGE: f64 = 1e-3;
+/// Greatest slope of a plane below prices. Dual prices of transport in a box of diagonal 1 stay below 1.
+const STEEPEST: f64 = 2.0;
 
-/// Points in an order in which neighbours in memory are neighbours in space.
+/// Points in an order in which neighbours in memory are neighbours in space. A point's place is its
+/// slot; slots beyond the last point repeat it.
 #[derive(Clone)]
 pub struct Packed<T> {
-    /// Coordinates (x, y, z), each padded to whole groups of blocks with copies of the last point.
-    at: [Vec<T>; 3],
-    /// Lower and upper corner of each block's bounding box, per axis.
-    low: [Vec<T>; 3],
-    high: [Vec<T>; 3],
+    blocks: Vec<Block<T>>,
+    groups: Vec<Group<T>>,
     /// Index in the original cloud of the point in each slot; `len` entries.
     pub order: Vec<u32>,
 }
 
-/// A number per slot that is added to the cost of reaching it, with its minimum over each block.
+#[derive(Clone)]
+struct Block<T> {
+    /// Coordinates, per axis and slot.
+    at: [[T; BLOCK]; 3],
+    /// The weights with which the block's prices sum up to their gradient, per axis and slot.
+    fit: [[T; BLOCK]; 3],
+}
+
+/// Bounding boxes of some blocks: middle and half the size, per axis and block.
+#[derive(Clone)]
+struct Group<T> {
+    center: [[T; GROUP]; 3],
+    half: [[T; GROUP]; 3],
+}
+
+/// A number per slot that is added to the cost of reaching it.
 #[derive(Clone)]
 pub struct Prices<T> {
-    /// Per slot; padding has an infinite price, so it is never chosen.
-    of: Vec<T>,
-    floor: Vec<T>,
+    /// Per block and slot; padding has the price [`Real::FAR`], so it is never chosen.
+    of: Vec<[T; BLOCK]>,
+    planes: Vec<Planes<T>>,
+}
+
+/// For each block of a group a plane that lies below its prices: `base + gradient . (v - center)`.
+///
+/// Dual prices of transport by distance fall along the rays of transport as fast as the distance
+/// rises, so a bound from a plane is far tighter than one from the lowest price.
+#[derive(Clone)]
+struct Planes<T> {
+    base: [T; GROUP],
+    gradient: [[T; GROUP]; 3],
 }
 
 /// What a scan does with a block: sees `cost + price` of its slots, answers with the limit from now on.
@@ -41,19 +69,51 @@ pub trait Visitor<T> {
 impl<T: Real> Packed<T> {
     /// Packs the points, given in an order from [`compact_order`].
     pub fn new(points: &[Point], order: Vec<u32>) -> Self {
-        let padded = order.len().next_multiple_of(BLOCK * GROUP);
-        let last = order.last().copied().unwrap_or(0);
-        let at: [Vec<T>; 3] = std::array::from_fn(|axis| {
-            let slots = order.iter().chain(std::iter::repeat(&last)).take(padded);
-            slots.map(|&i| T::of(points[i as usize][axis])).collect()
-        });
-        let corner = |pick: fn(T, T) -> T| {
-            std::array::from_fn(|axis| {
-                let blocks = at[axis].chunks_exact(BLOCK);
-                blocks.map(|block| block.iter().copied().fold(block[0], pick)).collect()
-            })
+        let groups = order.len().div_ceil(BLOCK * GROUP);
+        let zero = [[T::ZERO; GROUP]; 3];
+        let mut packed = Self {
+            blocks: Vec::with_capacity(groups * GROUP),
+            groups: vec![Group { center: zero, half: zero }; groups],
+            order,
         };
-        Self { low: corner(T::least), high: corner(T::most), at, order }
+        for block in 0..groups * GROUP {
+            packed.add_block(block, points);
+        }
+        packed
+    }
+
+    /// Adds a block with its box and the weights of the least-squares plane through its prices.
+    fn add_block(&mut self, block: usize, points: &[Point]) {
+        let last = self.len() - 1;
+        let start = (block * BLOCK).min(last);
+        let end = (start + BLOCK).min(self.len());
+        let points: Vec<Point> = self.order[start..end].iter().map(|&i| points[i as usize]).collect();
+        let mean = centroid(&points);
+        let mut moments = Matrix3::zeros();
+        for &p in &points {
+            let d = Vector3::from(sub(p, mean));
+            moments += d * d.transpose();
+        }
+        // A little of the trace keeps flat blocks invertible; any plane gives a sound bound.
+        let ridge = Matrix3::identity() * (RIDGE * moments.trace());
+        let inverse = (moments + ridge).try_inverse().unwrap_or_else(Matrix3::zeros);
+        let weights: Vec<Vector3<f64>> =
+            points.iter().map(|&p| inverse * Vector3::from(sub(p, mean))).collect();
+        let at =
+            std::array::from_fn(|axis| std::array::from_fn(|k| T::of(points[k.min(points.len() - 1)][axis])));
+        let fit = std::array::from_fn(|axis| {
+            std::array::from_fn(|k| weights.get(k).map_or(T::ZERO, |w| T::of(w[axis])))
+        });
+        for axis in 0..3 {
+            let coordinates: &[T; BLOCK] = &at[axis];
+            let low = coordinates.iter().copied().fold(coordinates[0], T::least);
+            let high = coordinates.iter().copied().fold(coordinates[0], T::most);
+            let center = (low + high) * T::of(0.5);
+            let group = &mut self.groups[block / GROUP];
+            group.center[axis][block % GROUP] = center;
+            group.half[axis][block % GROUP] = (high - center).most(center - low);
+        }
+        self.blocks.push(Block { at, fit });
     }
 
     /// Number of points.
@@ -64,51 +124,51 @@ impl<T: Real> Packed<T> {
     /// The point in a slot.
     #[inline(always)]
     pub fn point(&self, slot: usize) -> [T; 3] {
-        [self.at[0][slot], self.at[1][slot], self.at[2][slot]]
+        let block = &self.blocks[slot / BLOCK];
+        [block.at[0][slot % BLOCK], block.at[1][slot % BLOCK], block.at[2][slot % BLOCK]]
     }
 
-    /// Squared distances from `u` to the points of a block.
+    /// The vectors from `u` to the points of a block, per axis and slot.
     #[inline(always)]
-    pub fn squared_distances(&self, u: [T; 3], block: usize) -> [T; BLOCK] {
-        let start = block * BLOCK;
-        let [xs, ys, zs] = self.at.each_ref().map(|axis| &axis[start..start + BLOCK]);
-        let mut d2 = [T::ZERO; BLOCK];
-        for k in 0..BLOCK {
-            let (dx, dy, dz) = (xs[k] - u[0], ys[k] - u[1], zs[k] - u[2]);
-            d2[k] = dx * dx + dy * dy + dz * dz;
+    pub fn offsets(&self, u: [T; 3], block: usize) -> [[T; BLOCK]; 3] {
+        let mut offsets = self.blocks[block].at;
+        for axis in 0..3 {
+            for k in 0..BLOCK {
+                offsets[axis][k] = offsets[axis][k] - u[axis];
+            }
         }
-        d2
+        offsets
     }
 
     /// `cost + price` from `u` to the slots of a block.
     #[inline(always)]
-    fn values(&self, prices: &Prices<T>, cost: impl Cost, u: [T; 3], block: usize) -> [T; BLOCK] {
-        let mut values = self.squared_distances(u, block);
-        let price = &prices.of[block * BLOCK..(block + 1) * BLOCK];
+    fn values(&self, prices: &Prices<T>, cost: impl Cost<T>, u: [T; 3], block: usize) -> [T; BLOCK] {
+        let d = self.offsets(u, block);
+        let price = &prices.of[block];
+        let mut values = [T::ZERO; BLOCK];
         for k in 0..BLOCK {
-            values[k] = cost.at(values[k]) + price[k];
+            values[k] = cost.at(d[0][k] * d[0][k] + d[1][k] * d[1][k] + d[2][k] * d[2][k]) + price[k];
         }
         values
     }
 
-    /// Lower bounds of `cost + price` over each block of a group. Rounding is monotone and the
-    /// operations are those of `values` in the same order, so the bounds hold to the last bit.
+    /// Lower bounds of `cost + price` over each block of a group. The cost is convex, so over a box it
+    /// lies above its tangent plane at the middle; with the plane below the prices that leaves
+    /// `cost(c) + base - sum_a |cost'(c) + gradient|_a half_a`.
     #[inline(always)]
-    fn bounds(&self, prices: &Prices<T>, cost: impl Cost, u: [T; 3], group: usize) -> [T; GROUP] {
-        let start = group * GROUP;
-        let mut square = [[T::ZERO; GROUP]; 3];
-        for axis in 0..3 {
-            let low = &self.low[axis][start..start + GROUP];
-            let high = &self.high[axis][start..start + GROUP];
-            for k in 0..GROUP {
-                let gap = (low[k] - u[axis]).most(u[axis] - high[k]).most(T::ZERO);
-                square[axis][k] = gap * gap;
-            }
-        }
-        let floor = &prices.floor[start..start + GROUP];
+    fn bounds(&self, prices: &Prices<T>, cost: impl Cost<T>, u: [T; 3], group: usize) -> [T; GROUP] {
+        let Group { center, half } = &self.groups[group];
+        let Planes { base, gradient } = &prices.planes[group];
         let mut bounds = [T::ZERO; GROUP];
         for k in 0..GROUP {
-            bounds[k] = cost.at(square[0][k] + square[1][k] + square[2][k]) + floor[k];
+            let d = [center[0][k] - u[0], center[1][k] - u[1], center[2][k] - u[2]];
+            let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            let slope = cost.slope(d2);
+            let mut bound = cost.at(d2) + base[k];
+            for axis in 0..3 {
+                bound = bound - (slope * d[axis] + gradient[axis][k]).abs() * half[axis][k];
+            }
+            bounds[k] = bound;
         }
         bounds
     }
@@ -118,13 +178,13 @@ impl<T: Real> Packed<T> {
     pub fn scan(
         &self,
         prices: &Prices<T>,
-        cost: impl Cost,
+        cost: impl Cost<T>,
         u: [T; 3],
         first: usize,
         visitor: &mut impl Visitor<T>,
     ) {
         let mut limit = visitor.visit(first, &self.values(prices, cost, u, first));
-        for group in 0..self.low[0].len() / GROUP {
+        for group in 0..self.groups.len() {
             let bounds = self.bounds(prices, cost, u, group);
             if !any_below(&bounds, limit) {
                 continue;
@@ -142,43 +202,88 @@ impl<T: Real> Packed<T> {
 impl<T: Real> Prices<T> {
     /// A price for every point of `packed`, by slot.
     pub fn new(packed: &Packed<T>, price_of_slot: impl Fn(usize) -> T) -> Self {
-        let padded = packed.at[0].len();
-        let of: Vec<T> =
-            (0..padded).map(|k| if k < packed.len() { price_of_slot(k) } else { T::INFINITY }).collect();
-        let floor = of.chunks_exact(BLOCK).map(lowest).collect();
-        Self { of, floor }
+        let price = |slot| if slot < packed.len() { price_of_slot(slot) } else { T::FAR };
+        let zero = Planes { base: [T::ZERO; GROUP], gradient: [[T::ZERO; GROUP]; 3] };
+        let mut prices = Self {
+            of: (0..packed.blocks.len())
+                .map(|block| std::array::from_fn(|k| price(block * BLOCK + k)))
+                .collect(),
+            planes: vec![zero; packed.groups.len()],
+        };
+        for block in 0..packed.blocks.len() {
+            prices.fit(packed, block);
+        }
+        prices
     }
 
     /// The price of a slot.
     #[inline(always)]
     pub fn get(&self, slot: usize) -> T {
-        self.of[slot]
-    }
-
-    /// The prices of a block.
-    #[inline(always)]
-    pub fn block(&self, block: usize) -> &[T] {
-        &self.of[block * BLOCK..(block + 1) * BLOCK]
+        self.of[slot / BLOCK][slot % BLOCK]
     }
 
     /// Changes the price of a slot.
     #[inline(always)]
-    pub fn set(&mut self, slot: usize, price: T) {
-        self.of[slot] = price;
-        let block = slot / BLOCK;
-        self.floor[block] = lowest(&self.of[block * BLOCK..(block + 1) * BLOCK]);
+    pub fn set(&mut self, packed: &Packed<T>, slot: usize, price: T) {
+        self.of[slot / BLOCK][slot % BLOCK] = price;
+        self.fit(packed, slot / BLOCK);
     }
+
+    /// Lays a plane below the prices of a block.
+    #[inline(always)]
+    fn fit(&mut self, packed: &Packed<T>, block: usize) {
+        let Block { at, fit } = &packed.blocks[block];
+        let price = &self.of[block];
+        let planes = &mut self.planes[block / GROUP];
+        let mut rest = *price;
+        for axis in 0..3 {
+            let mut terms = [T::ZERO; BLOCK];
+            for k in 0..BLOCK {
+                terms[k] = fit[axis][k] * price[k];
+            }
+            let gradient = halving_sum(terms);
+            // A steep plane belongs to prices that are far apart, where rounding would make it unsound.
+            let gradient = if gradient.abs() < T::of(STEEPEST) { gradient } else { T::ZERO };
+            let center = packed.groups[block / GROUP].center[axis][block % GROUP];
+            for k in 0..BLOCK {
+                rest[k] = rest[k] - gradient * (at[axis][k] - center);
+            }
+            planes.gradient[axis][block % GROUP] = gradient;
+        }
+        planes.base[block % GROUP] = halving_least(rest) - T::SLACK;
+    }
+}
+
+/// The sum, by halves: a fixed order that suits vectors.
+#[inline(always)]
+pub fn halving_sum<T: Real>(mut terms: [T; BLOCK]) -> T {
+    let mut width = BLOCK / 2;
+    while width > 0 {
+        for k in 0..width {
+            terms[k] += terms[k + width];
+        }
+        width /= 2;
+    }
+    terms[0]
+}
+
+/// The smallest, by halves.
+#[inline(always)]
+pub fn halving_least<T: Real>(mut terms: [T; BLOCK]) -> T {
+    let mut width = BLOCK / 2;
+    while width > 0 {
+        for k in 0..width {
+            terms[k] = terms[k].least(terms[k + width]);
+        }
+        width /= 2;
+    }
+    terms[0]
 }
 
 /// Whether any value is below the limit, without a branch per value.
 #[inline(always)]
 pub fn any_below<T: Real, const N: usize>(values: &[T; N], limit: T) -> bool {
     values.iter().fold(false, |any, &v| any | (v < limit))
-}
-
-#[inline(always)]
-fn lowest<T: Real>(values: &[T]) -> T {
-    values.iter().fold(T::INFINITY, |low, &v| v.least(low))
 }
 
 /// An order in which every run of [`BLOCK`] points is compact: halve the cloud across its longest

@@ -26,6 +26,10 @@ pub trait Real:
     const ZERO: Self;
     const ONE: Self;
     const INFINITY: Self;
+    /// Stands for a cost that is never worth paying, where an infinity would make a NaN.
+    const FAR: Self;
+    /// More than rounding adds up to in a few dozen operations on numbers below 10.
+    const SLACK: Self;
     /// Base-2 exponent below which a term of a sum of exponentials is left out.
     const NEGLIGIBLE: Self;
 
@@ -35,6 +39,8 @@ pub trait Real:
     fn wide(self) -> f64;
     /// Square root.
     fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
     /// Natural logarithm.
     fn ln(self) -> Self;
     /// 2^self for exponents between `NEGLIGIBLE` and 1, to about the last bit; wrong outside.
@@ -62,6 +68,8 @@ macro_rules! impl_real {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const INFINITY: Self = $t::INFINITY;
+            const FAR: Self = 1e30;
+            const SLACK: Self = 64.0 * $t::EPSILON;
             const NEGLIGIBLE: Self = $negligible;
 
             #[inline(always)]
@@ -75,6 +83,10 @@ macro_rules! impl_real {
             #[inline(always)]
             fn sqrt(self) -> Self {
                 $t::sqrt(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                $t::abs(self)
             }
             #[inline(always)]
             fn ln(self) -> Self {

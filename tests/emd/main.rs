@@ -3,3 +3,6 @@
 mod clouds;
 mod exact;
 mod golden;
+mod reach;
+mod sinkhorn;
+mod transport;
