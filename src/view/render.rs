@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 
 use super::camera::{Camera, V};
+use super::field::Field;
 use super::light::{self, Disc, Shadow};
 use super::picture::Picture;
 use super::scene::{self, Material, RenderScene};
@@ -28,8 +29,9 @@ const CAPTION: [u8; 3] = [40, 44, 52];
 pub fn render(scene: &RenderScene, width: usize, height: usize) -> Picture {
     let (fine_width, fine_height) = (width * OVERSAMPLING, height * OVERSAMPLING);
     let camera = Camera::framing(&scene.bounds, fine_width, fine_height);
-    let surface = Surface::seen(scene, &camera, fine_width, fine_height);
-    let (shadow, disc) = (Shadow::cast(scene), Disc::new());
+    let field = Field::of(&scene.dough, scene.spacing);
+    let surface = Surface::seen(scene, &field, &camera, [fine_width, fine_height]);
+    let (shadow, disc) = (Shadow::cast(scene, &field), Disc::new());
     let light: Vec<[f32; 3]> = (0..surface.texels.len())
         .into_par_iter()
         .map(|i| shade(scene, &surface, &camera, (&shadow, &disc), i))

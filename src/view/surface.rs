@@ -54,10 +54,10 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Draws the scene's dough, tools and table.
-    pub fn seen(scene: &RenderScene, camera: &Camera, width: usize, height: usize) -> Self {
+    /// Draws the scene's dough, whose body is `field`, its tools and the table, `width` x `height` pixels.
+    pub fn seen(scene: &RenderScene, field: &Field, camera: &Camera, [width, height]: [usize; 2]) -> Self {
         let mut surface = Self { width, height, texels: vec![NOTHING; width * height] };
-        surface.draw_dough(scene, camera);
+        surface.draw_dough(scene, field, camera);
         for (mesh, material) in &scene.tools {
             surface.draw_mesh(mesh, Thing::Tool(*material), camera);
         }
@@ -70,8 +70,7 @@ impl Surface {
         &self.texels[y * self.width + x]
     }
 
-    fn draw_dough(&mut self, scene: &RenderScene, camera: &Camera) {
-        let field = Field::of(&scene.dough, scene.spacing);
+    fn draw_dough(&mut self, scene: &RenderScene, field: &Field, camera: &Camera) {
         let mut hulls = vec![NO_HULL; self.texels.len()];
         for (p, &piece) in scene.dough.iter().zip(&scene.piece) {
             if p.iter().all(|v| v.is_finite()) {

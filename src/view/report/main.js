@@ -212,6 +212,7 @@ function wireOptions(viewer, run) {
   for (const what of ["tool", "target", "subgoal", "initial"]) {
     $(`show-${what}`).addEventListener("change", (e) => { viewer.shown[what] = e.target.checked; viewer.invalidate(); });
   }
+  $("style").addEventListener("change", (e) => { viewer.style = e.target.value; viewer.invalidate(); });
   $("home").addEventListener("click", () => viewer.home());
   recolor();
 }
@@ -221,6 +222,7 @@ function openAsAddressed(player) {
   const wanted = new URLSearchParams(location.hash.slice(1));
   const choose = (id, value) => { $(id).value = value; $(id).dispatchEvent(new Event("change")); };
   if (player.viewer && [...$("color").options].some((o) => o.value === wanted.get("color"))) choose("color", wanted.get("color"));
+  if (player.viewer && wanted.get("as") === "particles") choose("style", "particles");
   for (const what of (wanted.get("show") || "").split(",")) {
     const box = $(`show-${what}`);
     if (box && !box.checked) box.click();

@@ -8,8 +8,9 @@ class Viewer {
   constructor(canvas, run, frames, clouds) {
     const gl = canvas.getContext("webgl2", {antialias: true});
     if (!gl) throw new Error("this browser has no WebGL 2, so the run cannot be shown in three dimensions");
-    Object.assign(this, {canvas, gl, run, frames, clouds, frame: 0, mode: 0, shown: {tool: true}});
+    Object.assign(this, {canvas, gl, run, frames, clouds, frame: 0, mode: 0, style: "body", shown: {tool: true}});
     this.programs = Object.fromEntries(Object.entries(SHADERS).map(([k, s]) => [k, this.program(...s)]));
+    this.body = new Body(this);
     this.upload();
     this.buildDistances();
     this.buildShadow();
@@ -159,7 +160,7 @@ class Viewer {
     const {low, size, table} = this.run;
     this.at = low.map((l, a) => l + 0.5 * size[a]);
     this.at[1] = table + 0.25 * (low[1] + size[1] - table);
-    Object.assign(this, {yaw: 0.42, pitch: 0.52, away: 0.62 * Math.hypot(...size) / HALF_VIEW});
+    Object.assign(this, {yaw: 0.42, pitch: 0.52, away: 0.5 * Math.hypot(...size) / HALF_VIEW});
     this.invalidate();
   }
 
@@ -312,7 +313,9 @@ class Viewer {
     gl.bindTexture(gl.TEXTURE_3D, this.distances);
     const height = run.low[1] + run.size[1] - run.table;
     // The texture holds distances as fractions of the reach.
-    this.use("dough", {...this.targetBox, targetDistance: 1, mode: this.mode, height, reach: this.mode === 3 ? 1 : this.reach});
+    const uniforms = {...this.targetBox, targetDistance: 1, mode: this.mode, height, reach: this.mode === 3 ? 1 : this.reach};
+    if (this.style === "body" && this.body.available) return this.body.draw(this.canvas.width, this.canvas.height, uniforms);
+    this.use("dough", uniforms);
     gl.bindVertexArray(this.dough);
     gl.drawArrays(gl.POINTS, 0, run.particles);
   }
