@@ -2,6 +2,11 @@
 //! squashed into a disc under a rolling pin in 80 control steps of two segments, the second after a
 //! reset. Comes in: a particle count. Imports donut's store and plan types.
 
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+mod cut_bar;
+
+pub use cut_bar::cut_bar;
 use donut::math::cloud::Point;
 use donut::math::rng::{seeded, uniform};
 use donut::plan::settings::{PlannerSettings, Reach};

@@ -55,14 +55,14 @@ const DEPTHS = {
     out vec4 color;
     ${LIGHT}
     vec2 most;
-    vec4 fetch(vec2 at) { return texelFetch(seen, ivec2(clamp(at, vec2(0.0), most)), 0); }
+    vec4 look(vec2 at) { return texelFetch(seen, ivec2(clamp(at, vec2(0.0), most)), 0); }
     vec3 place(vec2 at, float away) {
       vec2 ndc = at / (most + 1.0) * 2.0 - 1.0;
       return vec3(ndc.x * away / projection[0][0], ndc.y * away / projection[1][1], -away);
     }
     // The slope along a direction, from the side that belongs to the same body.
     vec3 slope(vec2 at, vec2 step, float away, vec3 here) {
-      float a = fetch(at - step).a, b = fetch(at + step).a;
+      float a = look(at - step).a, b = look(at + step).a;
       bool useA = a > 0.0 && abs(a - away) < radius, useB = b > 0.0 && abs(b - away) < radius;
       vec3 from = useA ? place(at - step, a) : here, to = useB ? place(at + step, b) : here;
       return useA || useB ? to - from : vec3(step, 0.0) * 1e-3;
@@ -70,7 +70,7 @@ const DEPTHS = {
     void main() {
       vec2 at = gl_FragCoord.xy;
       most = vec2(textureSize(seen, 0)) - 1.0;
-      vec4 texel = fetch(at);
+      vec4 texel = look(at);
       if (texel.a <= 0.0) discard;
       vec3 here = place(at, texel.a);
       vec3 n = normalize(cross(slope(at, vec2(1.0, 0.0), texel.a, here), slope(at, vec2(0.0, 1.0), texel.a, here)));
@@ -79,7 +79,7 @@ const DEPTHS = {
       for (int k = 0; k < 16; k++) {
         float turn = float(k) * 2.39996, reach = 7.0 * radius * sqrt((float(k) + 0.5) / 16.0);
         vec2 to = at + vec2(cos(turn), sin(turn)) * reach * projection[1][1] * 0.5 * (most.y + 1.0) / texel.a;
-        float away = fetch(to).a;
+        float away = look(to).a;
         vec3 rise = place(to, away) - here;
         if (away > 0.0 && length(rise) < 12.0 * radius) closed += max(dot(normalize(rise), n) - 0.1, 0.0);
       }
@@ -91,7 +91,7 @@ const DEPTHS = {
 };
 
 // How far each round of smoothing looks, in radii of a particle: the later ones hide the earlier ones' grain.
-const REACHES = [1.6, 1.3, 0.9, 0.5];
+const REACHES = [1.6, 1.1, 0.6];
 
 class Body {
   constructor(viewer) {
@@ -146,7 +146,7 @@ class Body {
       gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.bindTexture(gl.TEXTURE_2D, this.targets[0].texture);
+    gl.bindTexture(gl.TEXTURE_2D, this.targets[REACHES.length % 2].texture);
     gl.enable(gl.DEPTH_TEST);
     viewer.use("compose", {seen: 2, radius});
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
