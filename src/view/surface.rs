@@ -36,15 +36,16 @@ pub struct Texel {
 const NOTHING: Texel =
     Texel { depth: f32::INFINITY, normal: V::new(0.0, 1.0, 0.0), thing: Thing::Background };
 
-/// Between which depths a pixel's ray may meet dough, and the piece in front.
+/// Between which depths a pixel's ray may meet dough, and the piece of the particle in front.
 #[derive(Clone, Copy)]
 struct Hull {
     near: f32,
     far: f32,
+    front: f32,
     piece: i32,
 }
 
-const NO_HULL: Hull = Hull { near: f32::INFINITY, far: f32::NEG_INFINITY, piece: 0 };
+const NO_HULL: Hull = Hull { near: f32::INFINITY, far: f32::NEG_INFINITY, front: f32::INFINITY, piece: 0 };
 
 /// What the camera sees.
 pub struct Surface {
@@ -99,10 +100,14 @@ impl Surface {
                 let half = radius * (1.0 - dx * dx - dy * dy).max(0.0).sqrt();
                 let hull = &mut hulls[y * self.width + x];
                 if half > 0.0 {
-                    if depth - half < hull.near {
-                        (hull.near, hull.piece) = (depth - half, piece);
-                    }
+                    hull.near = hull.near.min(depth - half);
                     hull.far = hull.far.max(depth + half);
+                    // Which particle is in front is asked of half-size balls, as wide as their spacing:
+                    // wider ones would bulge over a neighbouring piece.
+                    let front = depth + if half > 0.87 * radius { -0.5 * half } else { radius };
+                    if front < hull.front {
+                        (hull.front, hull.piece) = (front, piece);
+                    }
                 }
             }
         }

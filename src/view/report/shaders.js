@@ -105,11 +105,11 @@ const SHADERS = {
     }`, `#version 300 es
     precision highp float;
     uniform vec3 tint, eye;
-    uniform float shine;
+    uniform float shine, opacity;
     in vec3 n, p;
     out vec4 color;
     ${LIGHT}
-    void main() { color = vec4(lit(tint, normalize(n), normalize(eye - p), 0.0, shine, 1.0), 1.0); }`],
+    void main() { color = vec4(lit(tint, normalize(n), normalize(eye - p), 0.0, shine, 1.0), opacity); }`],
 
   // The table's top, fading into the page, with what the lamp does not reach.
   table: [`#version 300 es

@@ -6,7 +6,7 @@ const OVERLAYS = {target: [0.10, 0.62, 0.34, 0.5], subgoal: [0.13, 0.42, 0.86, 0
 class Viewer {
   // `run` is the report's data, `frames` and `clouds` are arrays of Uint16Array (all x, all y, all z).
   constructor(canvas, run, frames, clouds) {
-    const gl = canvas.getContext("webgl2", {antialias: true});
+    const gl = canvas.getContext("webgl2", {antialias: true, alpha: false});
     if (!gl) throw new Error("this browser has no WebGL 2, so the run cannot be shown in three dimensions");
     Object.assign(this, {canvas, gl, run, frames, clouds, frame: 0, mode: 0, style: "body", shown: {tool: true}});
     this.programs = Object.fromEntries(Object.entries(SHADERS).map(([k, s]) => [k, this.program(...s)]));
@@ -320,11 +320,16 @@ class Viewer {
     gl.drawArrays(gl.POINTS, 0, run.particles);
   }
 
+  // Metal is see-through: a gripper's plates would hide what they hold.
   drawTools() {
     const {gl, run} = this;
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     for (const {index, model} of this.bodies()) {
-      const wooden = run.tools[index].wooden;
-      this.use("mesh", {model, tint: wooden ? [0.5, 0.26, 0.11] : [0.4, 0.43, 0.47], shine: wooden ? 0.12 : 0.5});
+      const look = run.tools[index].wooden
+        ? {tint: [0.5, 0.26, 0.11], shine: 0.12, opacity: 1}
+        : {tint: [0.4, 0.43, 0.47], shine: 0.5, opacity: 0.6};
+      this.use("mesh", {model, ...look});
       gl.bindVertexArray(this.tools[index].array);
       gl.drawElements(gl.TRIANGLES, this.tools[index].count, gl.UNSIGNED_INT, 0);
     }
@@ -336,13 +341,11 @@ class Viewer {
     if (this.shown.target) chosen.push(["target", this.dots[0]]);
     const subgoal = this.dots[1 + run.stage[this.frame]];
     if (this.shown.subgoal && subgoal) chosen.push(["subgoal", subgoal]);
-    gl.enable(gl.BLEND);
-    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
+    gl.disable(gl.DEPTH_TEST);
     for (const [name, cloud] of chosen) {
       this.use("dots", {radius: 0.35 * run.spacing, tint: OVERLAYS[name]});
       gl.bindVertexArray(cloud.array);
-      gl.disable(gl.DEPTH_TEST);
       gl.drawArrays(gl.POINTS, 0, cloud.count);
     }
     gl.depthMask(true);
