@@ -36,7 +36,7 @@ fn key_frames_are_before_stages_after_and_goal() {
 #[ignore = "writes target/made-up-runs, to be looked at"]
 fn write_made_up_runs() {
     let out = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("target/made-up-runs");
-    for (name, run) in [("ball", common::squashed_ball(5000)), ("bar", common::cut_bar(5000))] {
+    for (name, run) in [("ball", common::squashed_ball(5000)), ("bar", common::cut_bar::cut_bar(5000))] {
         let dir = donut::store::RunDir::create(&out.join(name)).unwrap();
         donut::store::run_dir::write_and_commit(dir, &run, &donut::view::report::html(&run)).unwrap();
     }

@@ -18,7 +18,7 @@ fn data(html: &str) -> serde_json::Value {
 
 #[test]
 fn it_carries_the_run_and_calls_for_nothing_else() {
-    let html = report::html(&common::cut_bar(300));
+    let html = report::html(&common::cut_bar::cut_bar(300));
     let data = data(&html);
     assert_eq!(data["frames"], 41);
     assert_eq!(data["particles"], 300);

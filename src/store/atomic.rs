@@ -24,9 +24,9 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let written = File::create(&temporary)
         .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
         .and_then(|()| fs::rename(&temporary, path));
-    written.map_err(|source| {
+    written.map_err(|reason| {
         let _ = fs::remove_file(&temporary);
-        StoreError::Write { path: path.to_owned(), source }
+        StoreError::Write { path: path.to_owned(), reason }
     })
 }
 

@@ -45,6 +45,8 @@ struct Hull {
     piece: i32,
 }
 
+/// Further behind than any particle, m: for where no half-size ball is.
+const LAST_RESORT: f32 = 100.0;
 const NO_HULL: Hull = Hull { near: f32::INFINITY, far: f32::NEG_INFINITY, front: f32::INFINITY, piece: 0 };
 
 /// What the camera sees.
@@ -104,7 +106,7 @@ impl Surface {
                     hull.far = hull.far.max(depth + half);
                     // Which particle is in front is asked of half-size balls, as wide as their spacing:
                     // wider ones would bulge over a neighbouring piece.
-                    let front = depth + if half > 0.87 * radius { -0.5 * half } else { radius };
+                    let front = depth + if half > 0.87 * radius { -0.5 * half } else { LAST_RESORT };
                     if front < hull.front {
                         (hull.front, hull.piece) = (front, piece);
                     }

@@ -4,9 +4,8 @@
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
-mod cut_bar;
+pub mod cut_bar;
 
-pub use cut_bar::cut_bar;
 use donut::math::cloud::Point;
 use donut::math::rng::{seeded, uniform};
 use donut::plan::settings::{PlannerSettings, Reach};
