@@ -54,6 +54,13 @@ fn numbers_that_are_not_finite_do_not_break_it() {
     assert!(data["emd"][3].is_null() && data["summary"]["score"].is_null());
 }
 
+#[test]
+fn a_run_that_made_no_step_still_has_a_report() {
+    let data = data(&report::html(&common::without_steps(20)));
+    assert_eq!(data["frames"], 1);
+    assert_eq!(data["stages"][0]["segments"].as_array().unwrap().len(), 0);
+}
+
 /// A long run in which every particle trembles, which is harder to compress than dough at rest.
 fn long_run(particles: usize, frames: usize) -> RunRecord {
     let mut run = common::squashed_ball(particles);

@@ -19,13 +19,7 @@ impl Bounds {
     pub fn of(cloud: &[Point]) -> Option<Self> {
         let first = *cloud.first()?;
         let start = Self { min: first, max: first };
-        Some(cloud.iter().fold(start, |mut b, p| {
-            for a in 0..3 {
-                b.min[a] = b.min[a].min(p[a]);
-                b.max[a] = b.max[a].max(p[a]);
-            }
-            b
-        }))
+        Some(cloud.iter().fold(start, |b, &p| b.union(&Self { min: p, max: p })))
     }
 
     /// The box around both boxes.

@@ -83,6 +83,15 @@ pub fn squashed_ball(n: usize) -> RunRecord {
     RunRecord { summary: summary(n), plan: plan(segments), trajectory }
 }
 
+/// The same run, given up before its first step.
+pub fn without_steps(n: usize) -> RunRecord {
+    let mut run = squashed_ball(n);
+    let Trajectory { initial, target, subgoals, .. } = run.trajectory;
+    run.trajectory = Trajectory::new(initial, target, subgoals);
+    run.plan.stages[0].segments.clear();
+    run
+}
+
 fn height(t: usize) -> f64 {
     1.0 - 0.72 * (t as f64 / STEPS as f64)
 }

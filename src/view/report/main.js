@@ -47,7 +47,7 @@ function fillHeader(run) {
     ["time", `${s.seconds.toFixed(s.seconds < 10 ? 1 : 0)} s`], ["seed", s.seed],
   ];
   if (s.score_ceiling !== undefined) facts.splice(1, 0, ["best possible score", score(s.score_ceiling)]);
-  if (run.stride > 1) facts.push(["shown", `every ${run.stride}th of ${run.all_particles} particles`]);
+  if (run.stride > 1) facts.push(["shown", `1 in ${run.stride} of ${run.all_particles} particles`]);
   $("facts").append(...facts.map(([k, v]) => node("div", null, {}, [node("dt", k), node("dd", v)])));
   $("version").textContent = `donut ${s.version || ""}`;
 }
