@@ -34,8 +34,8 @@ const DEPTHS = {
       if (here.a <= 0.0) return;
       float size = reach * radius * pixels / here.a, weights = 0.0;
       vec4 sum = vec4(0.0);
-      for (int i = -4; i <= 4; i++) for (int j = -4; j <= 4; j++) {
-        vec2 off = vec2(i, j) / 4.0;
+      for (int i = -3; i <= 3; i++) for (int j = -3; j <= 3; j++) {
+        vec2 off = vec2(i, j) / 3.0;
         vec4 there = texelFetch(seen, clamp(at + ivec2(round(off * size)), ivec2(0), most), 0);
         float jump = (there.a - here.a) / (2.5 * radius);
         float weight = there.a > 0.0 ? exp(-2.0 * dot(off, off) - jump * jump) : 0.0;
@@ -91,7 +91,7 @@ const DEPTHS = {
 };
 
 // How far each round of smoothing looks, in radii of a particle: the later ones hide the earlier ones' grain.
-const REACHES = [1.6, 1.1, 0.6];
+const REACHES = [1.6, 1.1, 0.6, 0.25];
 
 class Body {
   constructor(viewer) {

@@ -16,9 +16,9 @@ class Viewer {
     this.buildShadow();
     this.home();
     this.listen();
-    const redraw = () => this.invalidate();
-    new ResizeObserver(redraw).observe(canvas);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+    // At once: waiting for the next frame would show a stretched picture.
+    new ResizeObserver(() => this.draw()).observe(canvas);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.invalidate());
   }
 
   program(vertex, fragment) {
@@ -208,7 +208,7 @@ class Viewer {
   }
 
   pan(dx, dy) {
-    const scale = 2 * HALF_VIEW * this.away / this.canvas.clientHeight, [right, up] = this.screen();
+    const scale = 2 * this.tangent * this.away / this.canvas.clientHeight, [right, up] = this.screen();
     this.at = add(add(this.at, right, -dx * scale), up, dy * scale);
     this.invalidate();
   }
@@ -255,14 +255,16 @@ class Viewer {
     const {gl, canvas, run} = this, ratio = Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((v) => Math.max(1, Math.round(v * ratio)));
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, {width, height});
+    // On a narrow canvas the width has to hold what the height holds otherwise.
+    this.tangent = HALF_VIEW / Math.min(1, width / height);
     const eye = add(this.at, this.towardsEye(), this.away);
     const {low, size, table} = run, middle = low.map((l, a) => l + 0.5 * size[a]);
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     this.common = {
       low, size, table, middle, eye,
       view: lookAt(eye, this.at),
-      projection: perspective(HALF_VIEW, width / height, this.away * 0.05, this.away + 8),
-      pixels: 0.5 * height / HALF_VIEW,
+      projection: perspective(this.tangent, width / height, this.away * 0.05, this.away + 8),
+      pixels: 0.5 * height / this.tangent,
       radius: 1.0 * run.spacing,
       extent: 1.6, shadowExtent: Math.max(0.5, 0.9 * Math.max(size[0], size[2])),
       top: dark ? [0.25, 0.27, 0.31] : [0.80, 0.815, 0.83], backdrop: dark ? [0.085, 0.095, 0.115] : [0.935, 0.94, 0.945],
