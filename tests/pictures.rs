@@ -29,14 +29,22 @@ fn the_rolling_pin_is_seen_above_the_dough() {
 fn key_frames_are_before_stages_after_and_goal() {
     let strip = key_frames(&common::squashed_ball(300), 60, 40);
     assert_eq!((strip.width, strip.height), (4 * 60 + 3 * 4, 40));
+    let strip = key_frames(&common::without_steps(300), 60, 40);
+    assert_eq!(strip.width, 3 * 60 + 2 * 4, "no stage has a frame");
 }
 
-/// Writes a made-up run for looking at: `cargo test --release --test pictures -- --ignored`.
+/// Writes made-up runs for looking at: `cargo test --release --test pictures -- --ignored`.
 #[test]
-#[ignore = "writes target/made-up-run, to be looked at"]
-fn write_a_made_up_run() {
-    let out = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("target/made-up-run");
-    let run = common::squashed_ball(5000);
-    let dir = donut::store::RunDir::create(&out).unwrap();
-    donut::store::run_dir::write_and_commit(dir, &run, &donut::view::report::html(&run)).unwrap();
+#[ignore = "writes target/made-up-runs, to be looked at"]
+fn write_made_up_runs() {
+    let out = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("target/made-up-runs");
+    let runs = [
+        ("ball", common::squashed_ball(5000)),
+        ("bar", common::cut_bar::cut_bar(5000)),
+        ("nothing", common::without_steps(500)),
+    ];
+    for (name, run) in runs {
+        let dir = donut::store::RunDir::create(&out.join(name)).unwrap();
+        donut::store::run_dir::write_and_commit(dir, &run, &donut::view::report::html(&run)).unwrap();
+    }
 }

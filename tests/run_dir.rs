@@ -23,6 +23,29 @@ fn a_run_comes_back_from_disk() {
 }
 
 #[test]
+fn a_run_of_several_tools_comes_back_with_each_tools_own_actions() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = common::cut_bar::cut_bar(50);
+    write_run(dir.path(), &run, "").unwrap();
+    let mut back = read_run(dir.path()).unwrap();
+    assert!(back.trajectory.emd[0].is_nan());
+    back.trajectory.emd[0] = 0.0;
+    let mut expected = run.clone();
+    expected.trajectory.emd[0] = 0.0;
+    assert_eq!(back, expected);
+    assert_eq!(report::html(&read_run(dir.path()).unwrap()), report::html(&run));
+}
+
+#[test]
+fn files_of_different_runs_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    write_run(dir.path(), &common::squashed_ball(50), "").unwrap();
+    common::cut_bar::cut_bar(50).trajectory.write(&dir.path().join("trajectory.npz")).unwrap();
+    let error = read_run(dir.path()).unwrap_err().to_string();
+    assert!(error.contains("plan.json") && error.contains("tool 1"), "{error}");
+}
+
+#[test]
 fn the_files_and_keys_are_those_others_rely_on() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("runs/spread");

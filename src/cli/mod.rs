@@ -6,6 +6,9 @@
 
 mod bench;
 mod check;
+mod plan;
+mod progress;
+mod record;
 mod simulate;
 mod tasks;
 mod view;
@@ -27,6 +30,7 @@ enum Command {
     Simulate(simulate::SimulateArgs),
     View(view::ViewArgs),
     Tasks(tasks::TasksArgs),
+    Plan(plan::PlanArgs),
     Bench(bench::BenchArgs),
     Check(check::CheckArgs),
 }
@@ -38,6 +42,7 @@ pub fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(&args),
         Command::View(args) => view::run(&args),
         Command::Tasks(args) => tasks::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Plan(args) => plan::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Check(args) => check::run(args).map(|()| ExitCode::SUCCESS),
     };

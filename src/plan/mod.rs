@@ -99,6 +99,8 @@ pub struct Progress {
     pub step: usize,
     /// Gradient steps done in the current segment.
     pub iteration: usize,
+    /// Control steps that the current segment will take.
+    pub horizon: usize,
     /// EMD now, m.
     pub emd: f64,
     pub resets: usize,
@@ -149,7 +151,7 @@ pub fn plan_stage<T: Real>(
         let goal = Goal { reachable: &reachable, active: problem.active, weights: settings.loss_weights };
         let resets = placements - 1;
         let planned = optimize(&mut sim, &state, &start_pose, &goal, settings, |iteration| {
-            observe(Progress { step: t, iteration, emd: emd_now, resets });
+            observe(Progress { step: t, iteration, horizon: settings.horizon, emd: emd_now, resets });
         });
         let horizon = match planned {
             Ok(horizon) => horizon, // 13-17

@@ -12,7 +12,7 @@ use super::lanes::{Real, SimdLevel};
 use super::layout::Layout;
 use super::params::Params;
 use super::particles::{
-    BLOCK, FIELDS, ParticleState, X, blocks_for, index, pack, permute, permute_adj, unpack,
+    BLOCK, C, F, ParticleState, V, X, blocks_for, index, pack, permute, permute_adj, unpack,
 };
 use super::substep::{Substep, SubstepAdj, Workspace};
 use super::tool::motion::{advance, advance_adj, substep_share, substep_share_adj};
@@ -45,6 +45,10 @@ pub struct StepSeed {
     pub positions: Vec<Point>,
     /// By their velocities.
     pub velocities: Vec<Point>,
+    /// By their affine velocity matrices, row-major.
+    pub affine: Vec<[f64; 9]>,
+    /// By their deformation gradients, row-major.
+    pub deformation: Vec<[f64; 9]>,
     /// By the tools' poses.
     pub poses: Vec<PoseAdj>,
 }
@@ -388,7 +392,8 @@ impl<T: Real> Simulator<T> {
             )));
         }
         for (step, s) in seeds.iter().enumerate() {
-            if !fits(s.positions.len(), n) || !fits(s.velocities.len(), n) || !fits(s.poses.len(), tools) {
+            let particles = [s.positions.len(), s.velocities.len(), s.affine.len(), s.deformation.len()];
+            if !particles.iter().all(|len| fits(*len, n)) || !fits(s.poses.len(), tools) {
                 return Err(SimError::Shape(format!(
                     "the seed of control step {step} does not have {n} particles and {tools} tools"
                 )));
@@ -461,19 +466,20 @@ impl<T: Real> Simulator<T> {
 /// Adds a seed to the adjoints at the epoch's start.
 fn add_seed<T: Real>(seed: Option<&StepSeed>, ids: &[u32], adj: &mut [T], poses_adj: &mut [PoseAdj]) {
     let Some(seed) = seed else { return };
-    for (field, values) in [(X, &seed.positions), (super::particles::V, &seed.velocities)] {
-        if values.is_empty() {
-            continue;
+    let mut add = |field: usize, slot: usize, values: &[f64]| {
+        for (k, v) in values.iter().enumerate() {
+            adj[index(slot, field + k)] += T::from_f64(*v);
         }
-        for (slot, &id) in ids.iter().enumerate() {
-            for a in 0..3 {
-                adj[index(slot, field + a)] += T::from_f64(values[id as usize][a]);
-            }
-        }
+    };
+    for (slot, &id) in ids.iter().enumerate() {
+        let id = id as usize;
+        // An empty vector has no entry: zeros.
+        seed.positions.get(id).into_iter().for_each(|v| add(X, slot, v));
+        seed.velocities.get(id).into_iter().for_each(|v| add(V, slot, v));
+        seed.affine.get(id).into_iter().for_each(|v| add(C, slot, v));
+        seed.deformation.get(id).into_iter().for_each(|v| add(F, slot, v));
     }
     for (total, pose) in poses_adj.iter_mut().zip(&seed.poses) {
         total.add(pose);
     }
 }
-
-const _: () = assert!(FIELDS == 24, "the packed layout is part of the kernels");

@@ -24,9 +24,9 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let written = File::create(&temporary)
         .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
         .and_then(|()| fs::rename(&temporary, path));
-    written.map_err(|source| {
+    written.map_err(|reason| {
         let _ = fs::remove_file(&temporary);
-        StoreError::Write { path: path.to_owned(), source }
+        StoreError::Write { path: path.to_owned(), reason }
     })
 }
 
@@ -41,8 +41,6 @@ fn hidden_beside(path: &Path) -> PathBuf {
 pub struct RunDir {
     target: PathBuf,
     staging: PathBuf,
-    /// Whether `target` was there before; then only its files are exchanged.
-    existed: bool,
     /// Parent directories that had to be made, outermost first.
     made: Vec<PathBuf>,
     committed: bool,
@@ -68,7 +66,7 @@ impl RunDir {
             made.insert(0, directory.to_owned());
             missing = directory.parent();
         }
-        let run = Self { target: absolute, staging, existed, made, committed: false };
+        let run = Self { target: absolute, staging, made, committed: false };
         // A leftover of a killed process that had the same id.
         let _ = fs::remove_dir_all(&run.staging);
         fs::create_dir_all(&run.staging).map_err(StoreError::write(target))?;
@@ -89,11 +87,13 @@ impl RunDir {
     /// earlier run are replaced one by one, [`COMPLETION_MARK`] removed first and put back last, so that
     /// a run that was interrupted here is seen to be incomplete. Files of other names stay.
     pub fn commit(mut self) -> Result<(), StoreError> {
-        if !self.existed {
+        if !self.target.exists() {
             fs::rename(&self.staging, &self.target).map_err(StoreError::write(&self.target))?;
             self.committed = true;
             return Ok(());
         }
+        // Somebody may have put something there meanwhile.
+        check_replaceable(&self.target)?;
         let mark = self.target.join(COMPLETION_MARK);
         if mark.exists() {
             fs::remove_file(&mark).map_err(StoreError::write(&mark))?;
@@ -186,6 +186,20 @@ mod tests {
             b"second",
             "an abandoned rerun changes nothing"
         );
+    }
+
+    #[test]
+    fn of_two_runs_at_once_the_last_to_finish_stays() {
+        let dir = tempfile::tempdir().unwrap();
+        let out = dir.path().join("out");
+        let first = RunDir::create(&out).unwrap();
+        fs::write(first.path().join(RUN_MARK), "first").unwrap();
+        // The same process may not claim a place twice, so the other run is made by hand.
+        fs::create_dir(&out).unwrap();
+        fs::write(out.join(RUN_MARK), "second").unwrap();
+        first.commit().unwrap();
+        assert_eq!(fs::read(out.join(RUN_MARK)).unwrap(), b"first");
+        assert_eq!(names(dir.path()), ["out"]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What can go wrong with files: one error type for arrays, run directories and records.
 //!
-//! Every message names the file (and the entry in it) and, where there is one, the way out.
+//! A cause is part of its message (and not chained, which would print it twice). Every message names the file (and the entry in it) and, where there is one, the way out.
 //! Imports nothing of donut.
 
 use std::io;
@@ -10,14 +10,14 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// The operating system refused to read.
-    #[error("cannot read {}: {source}; check that the path exists and is readable", path.display())]
-    Read { path: PathBuf, source: io::Error },
+    #[error("cannot read {}: {reason}; check that the path exists and is readable", path.display())]
+    Read { path: PathBuf, reason: io::Error },
     /// The operating system refused to write.
     #[error(
-        "cannot write {}: {source}; choose another place with --out, or make this one writable",
+        "cannot write {}: {reason}; choose another place, or make this one writable",
         path.display()
     )]
-    Write { path: PathBuf, source: io::Error },
+    Write { path: PathBuf, reason: io::Error },
     /// The file is not a readable `.npy` or `.npz` file.
     #[error("{} is not a NumPy array file that donut can read: {reason}", path.display())]
     Format { path: PathBuf, reason: String },
@@ -28,8 +28,8 @@ pub enum StoreError {
     #[error("array `{entry}` of {}: {reason}", path.display())]
     Entry { path: PathBuf, entry: String, reason: String },
     /// A JSON file does not parse or has other keys than expected.
-    #[error("{} is not what donut writes: {source}; was it edited or made by another version?", path.display())]
-    Json { path: PathBuf, source: serde_json::Error },
+    #[error("{} is not what donut writes: {reason}; was it edited or made by another version?", path.display())]
+    Json { path: PathBuf, reason: serde_json::Error },
     /// The output directory holds something that donut did not write.
     #[error(
         "{} exists and is not a donut run; choose another --out, or empty that directory first",
@@ -48,12 +48,12 @@ impl StoreError {
     /// For `map_err` on reads: remembers the path.
     pub(crate) fn read(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
-        move |source| Self::Read { path, source }
+        move |reason| Self::Read { path, reason }
     }
 
     /// For `map_err` on writes: remembers the path.
     pub(crate) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
-        move |source| Self::Write { path, source }
+        move |reason| Self::Write { path, reason }
     }
 }

@@ -41,17 +41,39 @@ pub fn read_run(dir: &Path) -> Result<RunRecord, StoreError> {
             return Err(StoreError::Incomplete { path: dir.to_owned(), missing });
         }
     }
-    Ok(RunRecord {
+    let mut run = RunRecord {
         summary: read_json(&dir.join(SUMMARY))?,
         plan: read_json(&dir.join(PLAN))?,
         trajectory: Trajectory::read(&dir.join(TRAJECTORY))?,
-    })
+    };
+    check_consistent(&run).map_err(|reason| StoreError::Format { path: dir.join(PLAN), reason })?;
+    // The file's rows are as wide as the widest action.
+    let RunRecord { plan, trajectory, .. } = &mut run;
+    for (action, &tool) in trajectory.actions.iter_mut().zip(&trajectory.tool[1..]) {
+        action.truncate(usize::try_from(tool).map_or(0, |tool| plan.tools[tool].action_len()));
+    }
+    Ok(run)
+}
+
+/// Refuses files of different runs: whoever draws or replays a run may then index freely.
+fn check_consistent(run: &RunRecord) -> Result<(), String> {
+    let RunRecord { plan, trajectory, .. } = run;
+    let tool = trajectory.tool.iter().copied().max().unwrap_or(-1);
+    if tool >= plan.tools.len() as i32 {
+        return Err(format!("trajectory.npz uses tool {tool}, but the plan lists {}", plan.tools.len()));
+    }
+    let segments = plan.stages.iter().flat_map(|stage| &stage.segments);
+    let last = segments.map(|segment| segment.last_frame()).max().unwrap_or(0);
+    if last > trajectory.steps() {
+        return Err(format!("the plan goes to step {last}, but trajectory.npz to {}", trajectory.steps()));
+    }
+    Ok(())
 }
 
 /// Writes a value as indented JSON with a final newline.
 pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), StoreError> {
     let mut text = serde_json::to_string_pretty(value)
-        .map_err(|source| StoreError::Json { path: path.to_owned(), source })?;
+        .map_err(|reason| StoreError::Json { path: path.to_owned(), reason })?;
     text.push('\n');
     atomic::write(path, text.as_bytes())
 }
@@ -59,5 +81,5 @@ pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), StoreError
 /// Reads a JSON file.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, StoreError> {
     let text = fs::read_to_string(path).map_err(StoreError::read(path))?;
-    serde_json::from_str(&text).map_err(|source| StoreError::Json { path: path.to_owned(), source })
+    serde_json::from_str(&text).map_err(|reason| StoreError::Json { path: path.to_owned(), reason })
 }

@@ -86,6 +86,15 @@ impl Trajectory {
         self.actions.push(step.action.to_vec());
     }
 
+    /// Appends the frame that a control step without tool led to.
+    pub fn push_free(&mut self, positions: &[Point], stage: usize, emd: f64) {
+        let step = Step { positions, tool: 0, tool_pose: NO_POSE, stage, action: &[], emd };
+        self.push(step);
+        if let Some(tool) = self.tool.last_mut() {
+            *tool = -1;
+        }
+    }
+
     /// T, the number of control steps.
     pub fn steps(&self) -> usize {
         self.actions.len()

@@ -60,6 +60,8 @@ pub struct TaskRun {
     pub stages: Vec<StageRun>,
     /// Dough at the end, m.
     pub last: Vec<Point>,
+    /// The piece that each particle belongs to at the end.
+    pub piece: Vec<i32>,
     /// Exact EMD to the goal, all particles, before and after, m.
     pub emd_initial: f64,
     pub emd_final: f64,
@@ -137,6 +139,7 @@ pub fn run_task(
         goal,
         floor_y,
         stages: runs,
+        piece: pieces.of_particles().iter().map(|&p| p as i32).collect(),
         last: state.x,
         emd_initial,
         emd_final,

@@ -1,9 +1,12 @@
 //! How much light reaches a point: soft shadows from a lamp, and the darkening of corners.
 //!
 //! A scene and what the camera sees come in; factors between 0 (dark) and 1 (lit) go out. Imports
-//! `view`'s camera, scene and surface.
+//! `view`'s camera, field, scene and surface.
+
+use rayon::prelude::*;
 
 use super::camera::{Camera, V};
+use super::field::Field;
 use super::scene::RenderScene;
 use super::surface::{Surface, Thing};
 
@@ -16,6 +19,9 @@ pub fn lamp() -> V {
 const SIZE: usize = 900;
 /// Half the width of the lamp as seen from the dough, as a tangent: how soft shadows are.
 const SOFTNESS: f32 = 0.16;
+
+/// Radius around particles, in spacings, outside of which there is no dough.
+const HULL: f32 = 2.0;
 
 /// What the lamp sees: heights along its direction on a square around the scene.
 pub struct Shadow {
@@ -31,8 +37,8 @@ pub struct Shadow {
 }
 
 impl Shadow {
-    /// The lamp's view of dough and tools.
-    pub fn cast(scene: &RenderScene) -> Self {
+    /// The lamp's view of the dough, whose body is `field`, and the tools.
+    pub fn cast(scene: &RenderScene, field: &Field) -> Self {
         let u = lamp().cross(&V::x()).normalize();
         let v = lamp().cross(&u);
         let middle = V::from(scene.bounds.center().map(|c| c as f32));
@@ -46,8 +52,9 @@ impl Shadow {
             slack: 1.5 * scene.spacing,
         };
         for p in scene.dough.iter().filter(|p| p.iter().all(|c| c.is_finite())) {
-            shadow.stamp(V::from(*p), 0.9 * scene.spacing);
+            shadow.stamp(V::from(*p), HULL * scene.spacing);
         }
+        shadow.lower_to(field, HULL * scene.spacing, 2.0 * reach);
         for (mesh, _) in &scene.tools {
             for corners in &mesh.triangles {
                 shadow.stamp_triangle(corners.map(|k| V::from(mesh.positions[k as usize])));
@@ -58,6 +65,19 @@ impl Shadow {
 
     fn pixel(&self, p: V) -> [f32; 2] {
         [(p.dot(&self.u) - self.corner[0]) / self.cell, (p.dot(&self.v) - self.corner[1]) / self.cell]
+    }
+
+    /// Takes the hull of the particles, which is `margin` too high, down to the body within it.
+    fn lower_to(&mut self, field: &Field, margin: f32, deepest: f32) {
+        let (u, v, corner, cell) = (self.u, self.v, self.corner, self.cell);
+        self.tops.par_iter_mut().enumerate().filter(|(_, top)| top.is_finite()).for_each(|(i, top)| {
+            let across =
+                u * (corner[0] + (i % SIZE) as f32 * cell) + v * (corner[1] + (i / SIZE) as f32 * cell);
+            let start = across + lamp() * (*top + margin);
+            *top = field
+                .entry(start, -lamp(), 0.0, deepest)
+                .map_or(f32::NEG_INFINITY, |depth| *top + margin - depth);
+        });
     }
 
     fn stamp(&mut self, p: V, radius: f32) {
@@ -109,7 +129,7 @@ impl Shadow {
         if found == 0 {
             return 1.0;
         }
-        let size = (SOFTNESS * gap / found as f32 / self.cell).max(1.5);
+        let size = (SOFTNESS * gap / found as f32).max(0.5 * self.slack) / self.cell;
         1.0 - disc.0.iter().filter(|&&d| above(size, d).is_some()).count() as f32 / Disc::POINTS as f32
     }
 }

@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 
 use super::camera::{Camera, V};
+use super::field::Field;
 use super::light::{self, Disc, Shadow};
 use super::picture::Picture;
 use super::scene::{self, Material, RenderScene};
@@ -22,18 +23,28 @@ const TABLE: [f32; 3] = [0.47, 0.50, 0.53];
 const BACKDROP: [f32; 3] = [0.80, 0.84, 0.88];
 const WOOD: [f32; 3] = [0.50, 0.25, 0.10];
 const METAL: [f32; 3] = [0.42, 0.45, 0.49];
+/// How much of a metal tool's own light is seen.
+const METAL_OPACITY: f32 = 0.6;
 const CAPTION: [u8; 3] = [40, 44, 52];
 
 /// A picture of a scene, `width` x `height` pixels.
 pub fn render(scene: &RenderScene, width: usize, height: usize) -> Picture {
     let (fine_width, fine_height) = (width * OVERSAMPLING, height * OVERSAMPLING);
     let camera = Camera::framing(&scene.bounds, fine_width, fine_height);
-    let surface = Surface::seen(scene, &camera, fine_width, fine_height);
-    let (shadow, disc) = (Shadow::cast(scene), Disc::new());
-    let light: Vec<[f32; 3]> = (0..surface.texels.len())
-        .into_par_iter()
-        .map(|i| shade(scene, &surface, &camera, (&shadow, &disc), i))
-        .collect();
+    let field = Field::of(&scene.dough, scene.spacing);
+    let surface = Surface::seen(scene, &field, &camera, [fine_width, fine_height]);
+    let (shadow, disc) = (Shadow::cast(scene, &field), Disc::new());
+    let mut light = light_of(scene, &surface, &camera, (&shadow, &disc), |_| true);
+    let see_through = |i: usize| surface.texels[i].thing == Thing::Tool(Material::Metal);
+    if (0..light.len()).any(see_through) {
+        // A gripper's plates would hide what they hold: show it through them.
+        let bare = RenderScene { tools: Vec::new(), ..scene.clone() };
+        let behind = Surface::seen(&bare, &field, &camera, [fine_width, fine_height]);
+        let dim = light_of(&bare, &behind, &camera, (&shadow, &disc), see_through);
+        for i in (0..light.len()).filter(|&i| see_through(i)) {
+            light[i] = mix(light[i], dim[i], 1.0 - METAL_OPACITY);
+        }
+    }
     let pixels = (0..width * height)
         .into_par_iter()
         .map(|i| {
@@ -44,6 +55,21 @@ pub fn render(scene: &RenderScene, width: usize, height: usize) -> Picture {
         })
         .collect();
     Picture { width, height, pixels }
+}
+
+/// The light of the fine pixels that are wanted; the others stay black.
+fn light_of(
+    scene: &RenderScene,
+    surface: &Surface,
+    camera: &Camera,
+    lamp: (&Shadow, &Disc),
+    wanted: impl Fn(usize) -> bool + Sync,
+) -> Vec<[f32; 3]> {
+    let dark = [0.0; 3];
+    (0..surface.texels.len())
+        .into_par_iter()
+        .map(|i| if wanted(i) { shade(scene, surface, camera, lamp, i) } else { dark })
+        .collect()
 }
 
 /// Before, after each stage, and the goal, side by side with captions; each panel `width` x `height`.
@@ -96,9 +122,14 @@ fn shade(
         // The table fades into the backdrop away from the dough.
         let away = (p - V::from(scene.bounds.center().map(|c| c as f32))).norm();
         let fade = (away / (2.6 * scene.bounds.diagonal() as f32)).clamp(0.0, 1.0).powi(2);
-        return std::array::from_fn(|c| light[c] + (BACKDROP[c] - light[c]) * fade);
+        return mix(light, BACKDROP, fade);
     }
     light
+}
+
+/// From `a` at 0 to `b` at 1.
+fn mix(a: [f32; 3], b: [f32; 3], t: f32) -> [f32; 3] {
+    std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t)
 }
 
 /// Lamp, sky and a highlight on a surface.

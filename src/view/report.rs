@@ -19,6 +19,7 @@ const PAGE: &str = include_str!("report/page.html");
 const STYLE: &str = include_str!("report/style.css");
 const MATHS: &str = include_str!("report/maths.js");
 const SHADERS: &str = include_str!("report/shaders.js");
+const BODY: &str = include_str!("report/body.js");
 const VIEWER: &str = include_str!("report/viewer.js");
 const PLOTS: &str = include_str!("report/plots.js");
 const MAIN: &str = include_str!("report/main.js");
@@ -35,7 +36,7 @@ pub fn html(run: &RunRecord) -> String {
     let data = escaped(&data(run, &bounds, stride));
     PAGE.replace("{{title}}", &text(&format!("{} · donut", run.summary.task)))
         .replace("{{style}}", STYLE)
-        .replace("{{scripts}}", &[MATHS, SHADERS, VIEWER, PLOTS, MAIN].join("\n"))
+        .replace("{{scripts}}", &[MATHS, SHADERS, BODY, VIEWER, PLOTS, MAIN].join("\n"))
         // Last, and frames before data: what was put in is not searched for placeholders of later steps.
         .replace("{{frames}}", &frames)
         .replacen("{{data}}", &data, 1)

@@ -36,15 +36,18 @@ pub struct Texel {
 const NOTHING: Texel =
     Texel { depth: f32::INFINITY, normal: V::new(0.0, 1.0, 0.0), thing: Thing::Background };
 
-/// Between which depths a pixel's ray may meet dough, and the piece in front.
+/// Between which depths a pixel's ray may meet dough, and the piece of the particle in front.
 #[derive(Clone, Copy)]
 struct Hull {
     near: f32,
     far: f32,
+    front: f32,
     piece: i32,
 }
 
-const NO_HULL: Hull = Hull { near: f32::INFINITY, far: f32::NEG_INFINITY, piece: 0 };
+/// Further behind than any particle, m: for where no half-size ball is.
+const LAST_RESORT: f32 = 100.0;
+const NO_HULL: Hull = Hull { near: f32::INFINITY, far: f32::NEG_INFINITY, front: f32::INFINITY, piece: 0 };
 
 /// What the camera sees.
 pub struct Surface {
@@ -54,10 +57,10 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Draws the scene's dough, tools and table.
-    pub fn seen(scene: &RenderScene, camera: &Camera, width: usize, height: usize) -> Self {
+    /// Draws the scene's dough, whose body is `field`, its tools and the table, `width` x `height` pixels.
+    pub fn seen(scene: &RenderScene, field: &Field, camera: &Camera, [width, height]: [usize; 2]) -> Self {
         let mut surface = Self { width, height, texels: vec![NOTHING; width * height] };
-        surface.draw_dough(scene, camera);
+        surface.draw_dough(scene, field, camera);
         for (mesh, material) in &scene.tools {
             surface.draw_mesh(mesh, Thing::Tool(*material), camera);
         }
@@ -70,8 +73,7 @@ impl Surface {
         &self.texels[y * self.width + x]
     }
 
-    fn draw_dough(&mut self, scene: &RenderScene, camera: &Camera) {
-        let field = Field::of(&scene.dough, scene.spacing);
+    fn draw_dough(&mut self, scene: &RenderScene, field: &Field, camera: &Camera) {
         let mut hulls = vec![NO_HULL; self.texels.len()];
         for (p, &piece) in scene.dough.iter().zip(&scene.piece) {
             if p.iter().all(|v| v.is_finite()) {
@@ -100,10 +102,14 @@ impl Surface {
                 let half = radius * (1.0 - dx * dx - dy * dy).max(0.0).sqrt();
                 let hull = &mut hulls[y * self.width + x];
                 if half > 0.0 {
-                    if depth - half < hull.near {
-                        (hull.near, hull.piece) = (depth - half, piece);
-                    }
+                    hull.near = hull.near.min(depth - half);
                     hull.far = hull.far.max(depth + half);
+                    // Which particle is in front is asked of half-size balls, as wide as their spacing:
+                    // wider ones would bulge over a neighbouring piece.
+                    let front = depth + if half > 0.87 * radius { -0.5 * half } else { LAST_RESORT };
+                    if front < hull.front {
+                        (hull.front, hull.piece) = (front, piece);
+                    }
                 }
             }
         }

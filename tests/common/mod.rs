@@ -2,6 +2,10 @@
 //! squashed into a disc under a rolling pin in 80 control steps of two segments, the second after a
 //! reset. Comes in: a particle count. Imports donut's store and plan types.
 
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+pub mod cut_bar;
+
 use donut::math::cloud::Point;
 use donut::math::rng::{seeded, uniform};
 use donut::plan::settings::{PlannerSettings, Reach};
@@ -77,6 +81,15 @@ pub fn squashed_ball(n: usize) -> RunRecord {
     }
     trajectory.emd[0] = emd(0);
     RunRecord { summary: summary(n), plan: plan(segments), trajectory }
+}
+
+/// The same run, given up before its first step.
+pub fn without_steps(n: usize) -> RunRecord {
+    let mut run = squashed_ball(n);
+    let Trajectory { initial, target, subgoals, .. } = run.trajectory;
+    run.trajectory = Trajectory::new(initial, target, subgoals);
+    run.plan.stages[0].segments.clear();
+    run
 }
 
 fn height(t: usize) -> f64 {

@@ -47,7 +47,7 @@ function fillHeader(run) {
     ["time", `${s.seconds.toFixed(s.seconds < 10 ? 1 : 0)} s`], ["seed", s.seed],
   ];
   if (s.score_ceiling !== undefined) facts.splice(1, 0, ["best possible score", score(s.score_ceiling)]);
-  if (run.stride > 1) facts.push(["shown", `every ${run.stride}th of ${run.all_particles} particles`]);
+  if (run.stride > 1) facts.push(["shown", `1 in ${run.stride} of ${run.all_particles} particles`]);
   $("facts").append(...facts.map(([k, v]) => node("div", null, {}, [node("dt", k), node("dd", v)])));
   $("version").textContent = `donut ${s.version || ""}`;
 }
@@ -212,6 +212,7 @@ function wireOptions(viewer, run) {
   for (const what of ["tool", "target", "subgoal", "initial"]) {
     $(`show-${what}`).addEventListener("change", (e) => { viewer.shown[what] = e.target.checked; viewer.invalidate(); });
   }
+  $("style").addEventListener("change", (e) => { viewer.style = e.target.value; viewer.invalidate(); });
   $("home").addEventListener("click", () => viewer.home());
   recolor();
 }
@@ -221,6 +222,7 @@ function openAsAddressed(player) {
   const wanted = new URLSearchParams(location.hash.slice(1));
   const choose = (id, value) => { $(id).value = value; $(id).dispatchEvent(new Event("change")); };
   if (player.viewer && [...$("color").options].some((o) => o.value === wanted.get("color"))) choose("color", wanted.get("color"));
+  if (player.viewer && wanted.get("as") === "particles") choose("style", "particles");
   for (const what of (wanted.get("show") || "").split(",")) {
     const box = $(`show-${what}`);
     if (box && !box.checked) box.click();

@@ -41,7 +41,9 @@ class Plot {
       root.append(svg("text", {x: left - 6, y: toY(v) + 4, "text-anchor": "end"}, short(v)));
     }
     for (const v of ticks(x0, x1, Math.max(2, width / 110))) {
-      root.append(svg("text", {x: this.toX(v), y: height - 9, "text-anchor": "middle"}, short(v)));
+      if (right - this.toX(v) > 6 * c.xLabel.length + 14) {
+        root.append(svg("text", {x: this.toX(v), y: height - 9, "text-anchor": "middle"}, short(v)));
+      }
     }
     root.append(svg("text", {x: right, y: height - 9, "text-anchor": "end"}, c.xLabel));
     for (const {x, label} of c.rules || []) {

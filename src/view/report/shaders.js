@@ -35,7 +35,7 @@ const SHADERS = {
     void main() {
       vec3 p = low + size * vec3(x, y, z);
       vec3 p0 = low + size * vec3(x0, y0, z0);
-      vec3 pieces[6] = vec3[](vec3(.85,.64,.36), vec3(.72,.36,.18), vec3(.35,.52,.32), vec3(.36,.43,.66), vec3(.66,.34,.48), vec3(.52,.50,.48));
+      vec3 pieces[6] = vec3[](vec3(.77,.56,.31), vec3(.68,.35,.18), vec3(.35,.52,.32), vec3(.36,.43,.66), vec3(.66,.34,.48), vec3(.52,.50,.48));
       tint = pieces[int(piece) % 6];
       if (mode == 1) tint = scale(distance(p, p0) / reach);
       if (mode == 2) tint = scale((p.y - table) / height);
@@ -105,11 +105,11 @@ const SHADERS = {
     }`, `#version 300 es
     precision highp float;
     uniform vec3 tint, eye;
-    uniform float shine;
+    uniform float shine, opacity;
     in vec3 n, p;
     out vec4 color;
     ${LIGHT}
-    void main() { color = vec4(lit(tint, normalize(n), normalize(eye - p), 0.0, shine, 1.0), 1.0); }`],
+    void main() { color = vec4(lit(tint, normalize(n), normalize(eye - p), 0.0, shine, 1.0), opacity); }`],
 
   // The table's top, fading into the page, with what the lamp does not reach.
   table: [`#version 300 es

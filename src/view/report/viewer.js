@@ -6,18 +6,19 @@ const OVERLAYS = {target: [0.10, 0.62, 0.34, 0.5], subgoal: [0.13, 0.42, 0.86, 0
 class Viewer {
   // `run` is the report's data, `frames` and `clouds` are arrays of Uint16Array (all x, all y, all z).
   constructor(canvas, run, frames, clouds) {
-    const gl = canvas.getContext("webgl2", {antialias: true});
+    const gl = canvas.getContext("webgl2", {antialias: true, alpha: false});
     if (!gl) throw new Error("this browser has no WebGL 2, so the run cannot be shown in three dimensions");
-    Object.assign(this, {canvas, gl, run, frames, clouds, frame: 0, mode: 0, shown: {tool: true}});
+    Object.assign(this, {canvas, gl, run, frames, clouds, frame: 0, mode: 0, style: "body", shown: {tool: true}});
     this.programs = Object.fromEntries(Object.entries(SHADERS).map(([k, s]) => [k, this.program(...s)]));
+    this.body = new Body(this);
     this.upload();
     this.buildDistances();
     this.buildShadow();
     this.home();
     this.listen();
-    const redraw = () => this.invalidate();
-    new ResizeObserver(redraw).observe(canvas);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+    // At once: waiting for the next frame would show a stretched picture.
+    new ResizeObserver(() => this.draw()).observe(canvas);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.invalidate());
   }
 
   program(vertex, fragment) {
@@ -159,7 +160,7 @@ class Viewer {
     const {low, size, table} = this.run;
     this.at = low.map((l, a) => l + 0.5 * size[a]);
     this.at[1] = table + 0.25 * (low[1] + size[1] - table);
-    Object.assign(this, {yaw: 0.42, pitch: 0.52, away: 0.62 * Math.hypot(...size) / HALF_VIEW});
+    Object.assign(this, {yaw: 0.42, pitch: 0.52, away: 0.5 * Math.hypot(...size) / HALF_VIEW});
     this.invalidate();
   }
 
@@ -207,7 +208,7 @@ class Viewer {
   }
 
   pan(dx, dy) {
-    const scale = 2 * HALF_VIEW * this.away / this.canvas.clientHeight, [right, up] = this.screen();
+    const scale = 2 * this.tangent * this.away / this.canvas.clientHeight, [right, up] = this.screen();
     this.at = add(add(this.at, right, -dx * scale), up, dy * scale);
     this.invalidate();
   }
@@ -254,14 +255,16 @@ class Viewer {
     const {gl, canvas, run} = this, ratio = Math.min(devicePixelRatio || 1, 2);
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((v) => Math.max(1, Math.round(v * ratio)));
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, {width, height});
+    // On a narrow canvas the width has to hold what the height holds otherwise.
+    this.tangent = HALF_VIEW / Math.min(1, width / height);
     const eye = add(this.at, this.towardsEye(), this.away);
     const {low, size, table} = run, middle = low.map((l, a) => l + 0.5 * size[a]);
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     this.common = {
       low, size, table, middle, eye,
       view: lookAt(eye, this.at),
-      projection: perspective(HALF_VIEW, width / height, this.away * 0.05, this.away + 8),
-      pixels: 0.5 * height / HALF_VIEW,
+      projection: perspective(this.tangent, width / height, this.away * 0.05, this.away + 8),
+      pixels: 0.5 * height / this.tangent,
       radius: 1.0 * run.spacing,
       extent: 1.6, shadowExtent: Math.max(0.5, 0.9 * Math.max(size[0], size[2])),
       top: dark ? [0.25, 0.27, 0.31] : [0.80, 0.815, 0.83], backdrop: dark ? [0.085, 0.095, 0.115] : [0.935, 0.94, 0.945],
@@ -312,16 +315,23 @@ class Viewer {
     gl.bindTexture(gl.TEXTURE_3D, this.distances);
     const height = run.low[1] + run.size[1] - run.table;
     // The texture holds distances as fractions of the reach.
-    this.use("dough", {...this.targetBox, targetDistance: 1, mode: this.mode, height, reach: this.mode === 3 ? 1 : this.reach});
+    const uniforms = {...this.targetBox, targetDistance: 1, mode: this.mode, height, reach: this.mode === 3 ? 1 : this.reach};
+    if (this.style === "body" && this.body.available) return this.body.draw(this.canvas.width, this.canvas.height, uniforms);
+    this.use("dough", uniforms);
     gl.bindVertexArray(this.dough);
     gl.drawArrays(gl.POINTS, 0, run.particles);
   }
 
+  // Metal is see-through: a gripper's plates would hide what they hold.
   drawTools() {
     const {gl, run} = this;
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     for (const {index, model} of this.bodies()) {
-      const wooden = run.tools[index].wooden;
-      this.use("mesh", {model, tint: wooden ? [0.5, 0.26, 0.11] : [0.4, 0.43, 0.47], shine: wooden ? 0.12 : 0.5});
+      const look = run.tools[index].wooden
+        ? {tint: [0.5, 0.26, 0.11], shine: 0.12, opacity: 1}
+        : {tint: [0.4, 0.43, 0.47], shine: 0.5, opacity: 0.6};
+      this.use("mesh", {model, ...look});
       gl.bindVertexArray(this.tools[index].array);
       gl.drawElements(gl.TRIANGLES, this.tools[index].count, gl.UNSIGNED_INT, 0);
     }
@@ -333,13 +343,11 @@ class Viewer {
     if (this.shown.target) chosen.push(["target", this.dots[0]]);
     const subgoal = this.dots[1 + run.stage[this.frame]];
     if (this.shown.subgoal && subgoal) chosen.push(["subgoal", subgoal]);
-    gl.enable(gl.BLEND);
-    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
+    gl.disable(gl.DEPTH_TEST);
     for (const [name, cloud] of chosen) {
       this.use("dots", {radius: 0.35 * run.spacing, tint: OVERLAYS[name]});
       gl.bindVertexArray(cloud.array);
-      gl.disable(gl.DEPTH_TEST);
       gl.drawArrays(gl.POINTS, 0, cloud.count);
     }
     gl.depthMask(true);

@@ -1,0 +1,142 @@
+//! From a run in memory to the record that is written to disk.
+//!
+//! A [`TaskRun`] and what it was made from come in, a [`RunRecord`] goes out. Imports task and store.
+
+use crate::llm::stage::Stage;
+use crate::store::record::{PlanFile, RunRecord, Segment, StagePlan, StageSummary, Summary};
+use crate::store::trajectory::{Step, Trajectory};
+use crate::task::Scene;
+use crate::task::run::{StageRun, TaskRun, normalised_decrease};
+
+/// The planning method, as results name it.
+const METHOD: &str = "paper";
+/// How EMDs are computed, as results name it.
+const ESTIMATOR: &str = "exact assignment, all particles, settled dough";
+
+/// What a run was made from.
+pub struct RunInputs<'a> {
+    pub scene: &'a Scene,
+    pub task_file: &'a str,
+    pub stages: &'a [Stage],
+    pub response: Option<&'a str>,
+    pub seed: u64,
+    pub command: String,
+}
+
+/// The record of a run.
+pub fn record(inputs: &RunInputs<'_>, run: &TaskRun) -> RunRecord {
+    let mut trajectory = Trajectory::new(run.initial.clone(), run.goal.clone(), Vec::new());
+    trajectory.piece.clone_from(&run.piece);
+    let mut stages = Vec::new();
+    for (index, stage) in run.stages.iter().enumerate() {
+        trajectory.subgoals.push(stage.subgoal.target.clone());
+        let segments = push_segments(&mut trajectory, index, stage);
+        push_settling(&mut trajectory, index, stage);
+        stages.push(StagePlan {
+            title: stage.title.clone(),
+            tool: stage.tool,
+            code: code_of(inputs.stages, index),
+            segments,
+        });
+    }
+    let scene = inputs.scene;
+    let version = env!("CARGO_PKG_VERSION").to_owned();
+    RunRecord {
+        summary: summary(inputs, run, &version),
+        plan: PlanFile {
+            version,
+            command: inputs.command.clone(),
+            task: scene.name.clone(),
+            seed: inputs.seed,
+            method: METHOD.to_owned(),
+            task_file: inputs.task_file.to_owned(),
+            response: inputs.response.map(str::to_owned),
+            params: scene.params.clone(),
+            planner: scene.planner.clone(),
+            tools: scene.tools.iter().map(|t| t.tool.clone()).collect(),
+            stages,
+        },
+        trajectory,
+    }
+}
+
+/// The code of the stage number `index` among those with a tool.
+fn code_of(stages: &[Stage], index: usize) -> String {
+    stages.iter().filter(|s| s.tool.is_some()).nth(index).map_or_else(String::new, |s| s.code.clone())
+}
+
+/// Adds the executed steps of a stage.
+fn push_segments(trajectory: &mut Trajectory, index: usize, stage: &StageRun) -> Vec<Segment> {
+    let mut segments = Vec::new();
+    for s in &stage.trace.segments {
+        segments.push(Segment {
+            placed: s.placed,
+            start_pose: s.start_pose,
+            first_frame: trajectory.positions.len() - 1,
+            accepted: s.accepted,
+            actions: s.horizon.actions.clone(),
+            emd_before: s.emd_before,
+            emd_after: s.emd_after,
+            losses: s.horizon.losses.clone(),
+        });
+        if !s.accepted {
+            continue;
+        }
+        let last = s.horizon.frames.len() - 1;
+        for (k, frame) in s.horizon.frames.iter().enumerate() {
+            trajectory.push(Step {
+                positions: frame,
+                tool: stage.tool,
+                tool_pose: s.horizon.poses[k],
+                stage: index,
+                action: &s.horizon.actions[k],
+                emd: if k == last { s.emd_after } else { f64::NAN },
+            });
+        }
+    }
+    segments
+}
+
+/// Adds the free steps after a stage.
+fn push_settling(trajectory: &mut Trajectory, index: usize, stage: &StageRun) {
+    let last = stage.settling.len().saturating_sub(1);
+    for (k, frame) in stage.settling.iter().enumerate() {
+        let emd = if k == last { stage.emd_final } else { f64::NAN };
+        trajectory.push_free(frame, index, emd);
+    }
+}
+
+fn summary(inputs: &RunInputs<'_>, run: &TaskRun, version: &str) -> Summary {
+    let scene = inputs.scene;
+    let stages = run
+        .stages
+        .iter()
+        .map(|s| StageSummary {
+            tool: scene.tools[s.tool].tool.name.clone(),
+            steps: s.trace.steps,
+            resets: s.trace.resets,
+            score: normalised_decrease(s.emd_initial, s.emd_final),
+            emd_initial: s.emd_initial,
+            emd_final: s.emd_final,
+            seconds: s.seconds,
+            stop: s.trace.stop.to_string(),
+        })
+        .collect();
+    let score = run.score();
+    Summary {
+        task: scene.name.clone(),
+        seed: inputs.seed,
+        method: METHOD.to_owned(),
+        score,
+        threshold: scene.threshold,
+        success: score >= scene.threshold,
+        emd_initial: run.emd_initial,
+        emd_final: run.emd_final,
+        seconds: run.seconds,
+        particles: run.initial.len(),
+        stages,
+        score_ceiling: Some(run.ceiling()),
+        estimator: ESTIMATOR.to_owned(),
+        version: version.to_owned(),
+    }
+}

@@ -1,0 +1,152 @@
+//! Closed forms and conservation laws.
+
+use donut::math::cloud::Point;
+use donut::math::rng::{normal, seeded, uniform};
+use donut::sim::{Motion, Options, Params, ParticleState, Shape, SimError, Simulator, Tool, ToolPose};
+
+fn block(n: usize, at: Point, spacing: f64) -> Vec<Point> {
+    let mut rng = seeded(1, "block");
+    let mut jitter = move || 0.2 * spacing * (uniform(&mut rng) - 0.5);
+    (0..n * n * n)
+        .map(|i| {
+            let k = [i % n, i / n % n, i / n / n];
+            std::array::from_fn(|a| at[a] + spacing * k[a] as f64 + jitter())
+        })
+        .collect()
+}
+
+fn weightless() -> Params {
+    Params { gravity: [0.0; 3], substeps: 10, ..Params::default() }
+}
+
+fn run(params: &Params, start: &ParticleState, steps: usize) -> ParticleState {
+    let mut sim = Simulator::<f64>::new(params.clone(), vec![], Options::default());
+    sim.rollout(start, &[], &vec![vec![]; steps]).unwrap();
+    sim.state(steps)
+}
+
+/// Sum of positions x velocities plus what APIC keeps in C: sum over axes of x_i v_j - x_j v_i and
+/// (dx^2/4) (C_ji - C_ij).
+fn angular_momentum(params: &Params, s: &ParticleState) -> Point {
+    let spread = params.dx() * params.dx() / 4.0;
+    let mut total = [0.0; 3];
+    for p in 0..s.len() {
+        for (axis, (i, j)) in [(1, 2), (2, 0), (0, 1)].into_iter().enumerate() {
+            total[axis] += s.x[p][i] * s.v[p][j] - s.x[p][j] * s.v[p][i]
+                + spread * (s.c[p][3 * j + i] - s.c[p][3 * i + j]);
+        }
+    }
+    total
+}
+
+#[test]
+fn momentum_and_angular_momentum_are_kept_away_from_walls() {
+    let params = weightless();
+    let mut start = ParticleState::at_rest(block(6, [0.45; 3], 0.008));
+    let mut rng = seeded(2, "momentum");
+    for p in 0..start.len() {
+        start.v[p] = std::array::from_fn(|_| normal(&mut rng));
+        start.c[p] = std::array::from_fn(|_| 5.0 * normal(&mut rng));
+        start.f[p].iter_mut().for_each(|f| *f += 0.02 * normal(&mut rng));
+    }
+    let end = run(&params, &start, 3);
+    let momentum = |s: &ParticleState| donut::math::cloud::centroid(&s.v);
+    let (before, after) = (momentum(&start), momentum(&end));
+    let (turn_before, turn_after) = (angular_momentum(&params, &start), angular_momentum(&params, &end));
+    for a in 0..3 {
+        assert!((before[a] - after[a]).abs() < 1e-12, "momentum {before:?} {after:?}");
+        assert!((turn_before[a] - turn_after[a]).abs() < 1e-9, "turn {turn_before:?} {turn_after:?}");
+    }
+}
+
+#[test]
+fn free_fall_is_a_parabola() {
+    let params = Params { gravity: [0.0, -30.0, 0.0], ..Params::default() };
+    let start = ParticleState::at_rest(block(5, [0.45, 0.6, 0.45], 0.008));
+    let steps = 10;
+    let end = run(&params, &start, steps);
+    let (n, dt) = ((steps * params.substeps) as f64, params.dt);
+    // Symplectic Euler: v grows before x moves.
+    let drop = 30.0 * dt * dt * n * (n + 1.0) / 2.0;
+    for (a, b) in start.x.iter().zip(&end.x) {
+        assert!((a[1] - b[1] - drop).abs() < 1e-10 && (a[0] - b[0]).abs() < 1e-10);
+    }
+    for v in &end.v {
+        assert!((v[1] + 30.0 * dt * n).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_rigid_rotation_keeps_its_momentum_and_hardly_strains() {
+    let params = weightless();
+    let mut start = ParticleState::at_rest(block(6, [0.478; 3], 0.008));
+    let center = donut::math::cloud::centroid(&start.x);
+    let spin = 20.0;
+    for p in 0..start.len() {
+        let r = donut::math::cloud::sub(start.x[p], center);
+        start.v[p] = [-spin * r[2], 0.0, spin * r[0]];
+        start.c[p] = [0.0, 0.0, -spin, 0.0, 0.0, 0.0, spin, 0.0, 0.0];
+    }
+    let end = run(&params, &start, 5);
+    let (before, after) = (angular_momentum(&params, &start)[1], angular_momentum(&params, &end)[1]);
+    assert!((after / before - 1.0).abs() < 1e-9, "{before} {after}");
+    for f in &end.f {
+        let f = nalgebra::Matrix3::from_row_slice(f);
+        let strain = (f.transpose() * f - nalgebra::Matrix3::identity()).norm();
+        assert!(strain < 0.02, "strain {strain}");
+    }
+}
+
+#[test]
+fn dough_at_rest_gains_no_energy() {
+    let params = Params::default();
+    let start = ParticleState::at_rest(block(7, [0.47, 0.0385, 0.47], 0.008));
+    let mut sim = Simulator::<f64>::new(params, vec![], Options::default());
+    let energy = |s: &ParticleState| -> f64 { s.v.as_flattened().iter().map(|v| v * v).sum::<f64>() };
+    sim.rollout(&start, &[], &vec![vec![]; 60]).unwrap();
+    let early = energy(&sim.state(5));
+    let late = energy(&sim.state(60));
+    assert!(late < 0.05 * early, "{early} {late}");
+}
+
+fn fast_tool(shape: Shape, motion: Motion) -> Tool {
+    let action_scale = vec![0.015; motion.action_len()];
+    let (lower_bound, upper_bound) = ([0.0; 3], [1.0; 3]);
+    Tool { name: "fast".into(), shape, motion, friction: 0.5, action_scale, lower_bound, upper_bound }
+}
+
+#[test]
+fn a_thin_plate_lets_no_particle_through_at_full_speed() {
+    let params = weightless();
+    let plate = fast_tool(Shape::Box { half_extents: [0.01, 0.1, 0.1] }, Motion::Rigid);
+    let start = ParticleState::at_rest(block(8, [0.5; 3], 0.007));
+    let pose = ToolPose { position: [0.48, 0.53, 0.53], rotation: [1.0, 0.0, 0.0, 0.0], gap: 0.0 };
+    let mut sim = Simulator::<f64>::new(params, vec![plate], Options::default());
+    let steps = 12;
+    sim.rollout(&start, &[pose], &vec![vec![1.0, 0.0, 0.0, 0.0, 0.0, 0.0]; steps]).unwrap();
+    let plate_x = sim.poses(steps)[0].position[0];
+    let behind = sim.positions(steps).iter().filter(|p| p[0] < plate_x).count();
+    assert_eq!(behind, 0, "plate at {plate_x}");
+}
+
+#[test]
+fn errors_name_operation_step_and_particle() {
+    let params = Params::default();
+    let mut sim = Simulator::<f64>::new(params.clone(), vec![], Options::default());
+    let mut start = ParticleState::at_rest(block(3, [0.5; 3], 0.008));
+    start.f[7] = [-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let error = sim.rollout(&start, &[], &[vec![]]).unwrap_err();
+    assert_eq!(error, SimError::Inverted { step: 0, substep: 0, particle: 7 });
+    start.f[7] = [f64::NAN; 9];
+    let error = sim.rollout(&start, &[], &[vec![]]).unwrap_err();
+    assert!(matches!(error, SimError::NonFinite { particle: 7, .. }), "{error}");
+    // The simulator is usable afterwards.
+    start.f[7] = start.f[6];
+    sim.rollout(&start, &[], &[vec![]]).unwrap();
+    // A particle at a speed that outruns its layout only costs a new layout.
+    start.v[3] = [200.0, 0.0, 0.0];
+    sim.rollout(&start, &[], &[vec![]]).unwrap();
+    // Arrays that do not fit.
+    start.v.pop();
+    assert!(matches!(sim.rollout(&start, &[], &[vec![]]), Err(SimError::Shape(_))));
+}

@@ -1,0 +1,71 @@
+//! Same bits whatever the threads and the memory, on a rerun and in a fresh simulator.
+
+use donut::sim::lanes::Real;
+use donut::sim::{Options, ParticleState, SimdLevel, Simulator, StepSeed};
+use donut::store::sim_scene::SimScene;
+
+use crate::scene;
+
+/// End state, gradient by the actions, gradient by the start state.
+fn bits<T: Real>(scene: &SimScene, options: Options, reruns: usize) -> Vec<u64> {
+    let mut sim = Simulator::<T>::new(scene.params.clone(), scene.tools.clone(), options);
+    let mut out = Vec::new();
+    for _ in 0..=reruns {
+        sim.rollout(&scene.start, &scene.poses, &scene.actions).unwrap();
+        let steps = sim.steps();
+        let mut seeds = vec![StepSeed::default(); steps + 1];
+        seeds[steps].positions = vec![[1.0, -0.5, 0.25]; scene.start.len()];
+        let gradient = sim.rollout_adj(&seeds).unwrap();
+        let all = |s: &ParticleState| {
+            [s.x.as_flattened(), s.v.as_flattened(), s.c.as_flattened(), s.f.as_flattened()].concat()
+        };
+        let numbers =
+            [all(&sim.state(steps)), gradient.actions.concat(), all(&gradient.start_state)].concat();
+        out = numbers.iter().map(|v| v.to_bits()).collect();
+    }
+    out
+}
+
+/// A scene large enough to be split into several parts.
+fn large() -> SimScene {
+    let mut scene = scene("s2-pin");
+    let start = scene.start.clone();
+    for k in 1..4 {
+        let shift = f64::from(k) * 1.3e-3;
+        scene.start.x.extend(start.x.iter().map(|p| [p[0] + shift, p[1], p[2] - shift]));
+        scene.start.v.extend(&start.v);
+        scene.start.c.extend(&start.c);
+        scene.start.f.extend(&start.f);
+    }
+    scene.actions.truncate(4);
+    scene
+}
+
+fn check<T: Real>() {
+    let scene = large();
+    let options = |threads, memory_limit| Options { threads, memory_limit, ..Options::default() };
+    let reference = bits::<T>(&scene, options(1, 1 << 30), 0);
+    for (threads, memory) in [(1, 1 << 30), (2, 1 << 30), (4, 1 << 30), (2, 0), (1, 30 << 20)] {
+        assert!(
+            bits::<T>(&scene, options(threads, memory), 1) == reference,
+            "{threads} threads, {memory} bytes"
+        );
+    }
+}
+
+#[test]
+fn threads_memory_and_reruns_do_not_change_a_bit_in_f32() {
+    check::<f32>();
+}
+
+#[test]
+fn threads_memory_and_reruns_do_not_change_a_bit_in_f64() {
+    check::<f64>();
+}
+
+#[test]
+fn double_precision_has_the_same_bits_with_all_instructions() {
+    let scene = scene("s4-gripper");
+    let with = |simd| bits::<f64>(&scene, Options { simd, ..Options::default() }, 0);
+    assert!(with(SimdLevel::Scalar) == with(SimdLevel::best()));
+}
