@@ -113,6 +113,7 @@ impl PlanArgs {
         }
         if let Some(steps) = self.max_steps {
             scene.planner.max_steps = steps as usize;
+            scene.planner.horizon = scene.planner.horizon.min(steps as usize);
         }
     }
 

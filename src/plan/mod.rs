@@ -142,6 +142,7 @@ pub fn plan_stage<T: Real>(
                     active: problem.active,
                     reachable: &reachable,
                     delta: settings.pose_delta_m,
+                    score: settings.start_score,
                 };
                 let Some(best) = place.best(&failed) else { break StopReason::NoPlace };
                 placements += 1;
@@ -161,9 +162,16 @@ pub fn plan_stage<T: Real>(
         let accepted = emd_after <= emd_last;
         if accepted {
             state = horizon.end.clone(); // 26
-            pose = horizon.poses.last().copied();
             t += settings.horizon;
-            failed.clear();
+            let gain = (emd_now - emd_after) / emd_now.max(f64::MIN_POSITIVE);
+            if gain >= settings.reset_below_gain {
+                pose = horizon.poses.last().copied();
+                failed.clear();
+            } else {
+                // Stagnation: not in the paper, whose reset waits until the EMD grows.
+                pose = None;
+                failed.push(start_pose);
+            }
             failures = 0;
         } else {
             pose = None; // 20

@@ -4,7 +4,9 @@
 //! `argmax_x sum_i |p'_i - p_i|_1 / (d(p_i, x) + delta)` (paper, section III-B). Candidates stand over the
 //! active dough and are lowered until they almost touch it. Imports sim's tools.
 
-use crate::math::cloud::{Bounds, Point, distance};
+use super::settings::StartScore;
+use crate::math::cloud::{Bounds, Point, centroid, distance, sub};
+use crate::sim::tool::PoseAdj;
 use crate::sim::{Motion, Tool, ToolPose};
 
 /// Distance to keep from the dough at the start, m: contact begins at less than that.
@@ -16,7 +18,9 @@ const GRID: usize = 9;
 /// Gaps that are tried for a gripper.
 const GAPS: usize = 12;
 /// Steps in which a candidate is lowered, m: coarse, then fine.
-const DESCENT: [f64; 2] = [0.008, 0.002];
+const DESCENT: [f64; 4] = [0.008, 0.002, 0.0005, 0.0001];
+/// Candidates whose scores are this close, as a share, are told apart by their distance from the middle.
+const TIE: f64 = 0.02;
 /// A start this close to a failed one is the same start, m.
 const SAME_PLACE: f64 = 0.012;
 
@@ -34,6 +38,7 @@ pub struct Placement<'a> {
     pub reachable: &'a [Point],
     /// delta, m.
     pub delta: f64,
+    pub score: StartScore,
 }
 
 impl Placement<'_> {
@@ -44,27 +49,41 @@ impl Placement<'_> {
             self.candidates().into_iter().map(|pose| (self.score(&pose), pose)).collect();
         let is_new =
             |pose: &ToolPose| failed.iter().all(|f| distance(f.position, pose.position) > SAME_PLACE);
-        let first_of_highest = |fresh: bool| {
-            scored
-                .iter()
-                .filter(|(_, pose)| !fresh || is_new(pose))
-                .fold(None, |best: Option<&(f64, ToolPose)>, c| match best {
-                    Some(b) if b.0 >= c.0 => Some(b),
-                    _ => Some(c),
-                })
+        let middle = self.middle();
+        let best = |fresh: bool| {
+            let pool = || scored.iter().filter(|(_, pose)| !fresh || is_new(pose));
+            let highest = pool().map(|c| c.0).fold(f64::NEG_INFINITY, f64::max);
+            let off = |pose: &ToolPose| (pose.position[0] - middle[0]).hypot(pose.position[2] - middle[2]);
+            pool()
+                .filter(|c| c.0 >= highest - TIE * highest.abs())
+                .min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)))
                 .map(|c| c.1)
         };
-        first_of_highest(true).or_else(|| first_of_highest(false))
+        best(true).or_else(|| best(false))
     }
 
-    /// The paper's score of a pose: near the dough that should move most.
+    /// Centre of the active dough.
+    fn middle(&self) -> Point {
+        let active: Vec<Point> = self.active.iter().map(|&i| self.positions[i]).collect();
+        centroid(&active)
+    }
+
     fn score(&self, pose: &ToolPose) -> f64 {
+        let by_direction =
+            self.score == StartScore::Direction && !matches!(self.tool.motion, Motion::Gripper { .. });
         self.active
             .iter()
             .map(|&i| {
                 let (p, r) = (self.positions[i], self.reachable[i]);
-                let motion: f64 = (0..3).map(|a| (r[a] - p[a]).abs()).sum();
-                motion / (self.tool.distance(pose, p).max(0.0) + self.delta)
+                let motion = sub(r, p);
+                let worth = if by_direction {
+                    // Positive where the tool pushes the way the dough should go.
+                    let away = self.tool.distance_adj(pose, p, 1.0, &mut PoseAdj::default());
+                    motion.iter().zip(away).map(|(m, n)| m * n).sum()
+                } else {
+                    motion.iter().map(|m| m.abs()).sum::<f64>()
+                };
+                worth / (self.tool.distance(pose, p).max(0.0) + self.delta)
             })
             .sum()
     }

@@ -24,10 +24,25 @@ pub struct PlannerSettings {
     pub learning_rate: f64,
     /// Weights of the losses: point to point, tool distance, velocity.
     pub loss_weights: [f64; 3],
+    /// How start poses are scored: `nearness` as in the paper, or `direction`.
+    pub start_score: StartScore,
     /// delta: keeps the start-pose score finite at contact, m.
     pub pose_delta_m: f64,
     /// tau: the stage is done when its EMD is below this, m.
     pub emd_tolerance_m: f64,
+    /// A segment that lowers the EMD by less than this share is followed by a new start; 0 as in the paper.
+    pub reset_below_gain: f64,
     /// Failed segments in a row after which a stage gives up.
     pub max_failures: usize,
+}
+
+/// What makes a start pose good.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StartScore {
+    /// Near the dough that should move most: the paper's formula.
+    Nearness,
+    /// Near dough that should move away from the tool. A gripper, which acts by holding, still goes by
+    /// nearness.
+    Direction,
 }

@@ -219,6 +219,7 @@ fn check_planner(planner: &PlannerSettings) -> Result<(), Complaint> {
     }
     positive("planner.pose_delta_m", planner.pose_delta_m)?;
     not_negative("planner.emd_tolerance_m", planner.emd_tolerance_m)?;
+    number("planner.reset_below_gain", planner.reset_below_gain, |x| (0.0..1.0).contains(&x), "in [0, 1)")?;
     count("planner.max_failures", planner.max_failures, 1..=MOST)?;
     Ok(())
 }

@@ -8,7 +8,7 @@ pub mod cut_bar;
 
 use donut::math::cloud::Point;
 use donut::math::rng::{seeded, uniform};
-use donut::plan::settings::{PlannerSettings, Reach};
+use donut::plan::settings::{PlannerSettings, Reach, StartScore};
 use donut::sim::params::Params;
 use donut::sim::tool::{Motion, Shape, Tool, ToolPose};
 use donut::store::record::{PlanFile, RunRecord, Segment, StagePlan, StageSummary, Summary};
@@ -171,8 +171,10 @@ fn settings() -> PlannerSettings {
         max_steps: 200,
         learning_rate: 0.02,
         loss_weights: [1.0, 1.0, 0.02],
+        start_score: StartScore::Nearness,
         pose_delta_m: 0.001,
         emd_tolerance_m: 0.002,
+        reset_below_gain: 0.0,
         max_failures: 3,
     }
 }
