@@ -4,6 +4,8 @@
 //! ran to its end without reaching the target's threshold, 2 an error. Results go to standard
 //! output, progress and errors to standard error.
 
+mod subgoals;
+
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -17,12 +19,17 @@ struct Cli {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    /// Parse a language model's answer, run its code, write its stages and clouds
+    Subgoals(subgoals::Subgoals),
+}
 
 /// Runs the program; the whole of `main`.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    let outcome: anyhow::Result<ExitCode> = match cli.command {};
+    let outcome: anyhow::Result<ExitCode> = match cli.command {
+        Command::Subgoals(flags) => subgoals::run(&flags),
+    };
     match outcome {
         Ok(code) => code,
         Err(error) => {

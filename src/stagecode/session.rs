@@ -6,10 +6,12 @@
 
 use std::rc::Rc;
 
+use ruff_python_ast::Stmt;
+
 use super::array::Dtype;
 use super::calls::place_of;
 use super::error::CodeError;
-use super::eval::{Evaluator, Flow};
+use super::eval::{Evaluator, Flow, Scope};
 use super::limits::Limits;
 use super::source::Source;
 use super::value::Value;
@@ -78,6 +80,16 @@ impl Session {
                 Err(CodeError { line, column, fault: raised.fault })
             }
         }
+    }
+
+    /// The number that a formula such as `4/3 * pi` stands for, worked out without touching the namespace.
+    pub fn formula(&self, text: &str) -> Option<f64> {
+        let source = Source::new(text, 1, 0);
+        let statements = source.parse(self.eval.budget.limits()).ok()?;
+        let [Stmt::Expr(statement)] = &statements[..] else { return None };
+        let scope = Scope::inside(&self.eval.globals);
+        scope.set("pi", Value::float(std::f64::consts::PI));
+        Some(self.eval.expr(&statement.value, &scope).ok()?.as_scalar()?.float())
     }
 
     /// The variable of a name.
