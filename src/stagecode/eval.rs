@@ -151,7 +151,7 @@ impl Evaluator {
             Stmt::Global(s) => scope.outer.borrow_mut().extend(s.names.iter().map(ToString::to_string)),
             Stmt::Nonlocal(s) => scope.outer.borrow_mut().extend(s.names.iter().map(ToString::to_string)),
             Stmt::Assert(s) => {
-                if !self.expr(&s.test, scope)?.truth()? {
+                if !self.test(&s.test, scope)? {
                     let text = s.msg.as_deref().map(|m| self.expr(m, scope)).transpose()?;
                     return Err(self.exception("AssertionError", text.as_ref()).into());
                 }
@@ -177,12 +177,11 @@ impl Evaluator {
     }
 
     fn if_statement(&self, s: &StmtIf, scope: &Rc<Scope>) -> Result<Flow, Raised> {
-        if self.expr(&s.test, scope)?.truth()? {
+        if self.test(&s.test, scope)? {
             return self.block(&s.body, scope);
         }
         for clause in &s.elif_else_clauses {
-            let taken = clause.test.as_ref().map_or(Ok(true), |test| Ok(self.expr(test, scope)?.truth()?));
-            if taken.map_err(|e: Raised| e)? {
+            if clause.test.as_ref().map_or(Ok(true), |test| self.test(test, scope))? {
                 return self.block(&clause.body, scope);
             }
         }
@@ -204,7 +203,7 @@ impl Evaluator {
     }
 
     fn while_statement(&self, s: &StmtWhile, scope: &Rc<Scope>) -> Result<Flow, Raised> {
-        while self.expr(&s.test, scope)?.truth()? {
+        while self.test(&s.test, scope)? {
             self.budget.charge(1)?;
             match self.block(&s.body, scope)? {
                 Flow::Break => return Ok(Flow::Next),

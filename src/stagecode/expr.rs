@@ -45,7 +45,7 @@ impl Evaluator {
             Expr::UnaryOp(e) => operators::unary(&self.budget, e.op, &self.expr(&e.operand, scope)?)?,
             Expr::BoolOp(e) => self.bool_op(e.op, &e.values, scope)?,
             Expr::Compare(e) => self.comparison(e, scope)?,
-            Expr::If(e) if self.expr(&e.test, scope)?.truth()? => self.expr(&e.body, scope)?,
+            Expr::If(e) if self.test(&e.test, scope)? => self.expr(&e.body, scope)?,
             Expr::If(e) => self.expr(&e.orelse, scope)?,
             Expr::Named(e) => {
                 let value = self.expr(&e.value, scope)?;
@@ -70,6 +70,11 @@ impl Evaluator {
             Expr::DictComp(e) => self.dict_comprehension(e, scope)?,
             _ => return Err(unsupported(expr).into()),
         })
+    }
+
+    /// Whether an expression counts as true.
+    pub(super) fn test(&self, expr: &Expr, scope: &Rc<Scope>) -> Result<bool, Raised> {
+        self.expr(expr, scope)?.truth().map_err(|f| Raised::from(f).at(expr.range()))
     }
 
     /// Items of a list or tuple display, with `*more` taken apart.
@@ -205,7 +210,7 @@ impl Evaluator {
             self.budget.charge(1)?;
             self.assign(&first.target, value, scope)?;
             for condition in &first.ifs {
-                if !self.expr(condition, scope)?.truth()? {
+                if !self.test(condition, scope)? {
                     continue 'items;
                 }
             }

@@ -146,7 +146,7 @@ impl Spec {
         if let ['0', tail @ ..] = rest {
             (spec.fill, spec.align, rest) = (spec.fill.or(Some('0')), spec.align.or(Some('=')), tail);
         }
-        let mut digits = |rest: &mut &[char]| {
+        let digits = |rest: &mut &[char]| {
             let count = rest.iter().take_while(|c| c.is_ascii_digit()).count();
             let text: String = rest[..count].iter().collect();
             *rest = &rest[count..];

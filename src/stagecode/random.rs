@@ -172,24 +172,26 @@ impl Random {
     /// Uniform among 0 ..= `last`, as `integers` and `randint` draw: by rejection under a mask for
     /// `RandomState`, by Lemire's multiplication for `Generator`.
     pub fn below_or_at(&mut self, last: u64) -> u64 {
-        if last == 0 {
-            return 0;
-        }
-        let narrow = last <= u64::from(u32::MAX);
-        if self.is_legacy() {
-            let mask = u64::MAX >> last.leading_zeros();
-            loop {
-                let draw = if narrow { u64::from(self.next_u32()) } else { self.next_u64() } & mask;
-                if draw <= last {
-                    return draw;
-                }
-            }
-        }
-        match (narrow, last) {
-            (true, 0xffff_ffff) => u64::from(self.next_u32()),
-            (true, _) => u64::from(self.lemire_32(last as u32)),
+        match (self.is_legacy(), last) {
+            (_, 0) => 0,
+            (true, _) => self.masked(last),
+            (false, 0xffff_ffff) => u64::from(self.next_u32()),
             (false, u64::MAX) => self.next_u64(),
-            (false, _) => self.lemire_64(last),
+            (false, _) => match u32::try_from(last) {
+                Ok(last) => u64::from(self.lemire_32(last)),
+                Err(_) => self.lemire_64(last),
+            },
+        }
+    }
+
+    /// Uniform among 0 ..= `last`: draws are cut to the bits that `last` has and rejected above it.
+    fn masked(&mut self, last: u64) -> u64 {
+        let mask = u64::MAX.checked_shr(last.leading_zeros()).unwrap_or(0);
+        loop {
+            let draw = if last <= u64::from(u32::MAX) { u64::from(self.next_u32()) } else { self.next_u64() };
+            if draw & mask <= last {
+                return draw & mask;
+            }
         }
     }
 
@@ -217,8 +219,17 @@ impl Random {
         (product >> 64) as u64
     }
 
-    /// Shuffles the last items of a list (all of them with `first` 1), from the back to `first`.
-    pub fn shuffle<T>(&mut self, items: &mut [T], first: usize) {
+    /// Shuffles items from the back, as `shuffle` and `permutation` do.
+    pub fn shuffle<T>(&mut self, items: &mut [T]) {
+        for i in (1..items.len()).rev() {
+            let j = self.masked(i as u64) as usize;
+            items.swap(i, j);
+        }
+    }
+
+    /// Shuffles the items from the back down to `first`, as `choice` does: numpy draws the places here the
+    /// way it draws integers.
+    pub fn shuffle_tail<T>(&mut self, items: &mut [T], first: usize) {
         for i in (first.max(1)..items.len()).rev() {
             let j = self.below_or_at(i as u64) as usize;
             items.swap(i, j);

@@ -78,12 +78,12 @@ fn place(steps: &[f64], u: f64) -> usize {
 fn distinct(random: &mut Random, n: usize, count: usize, shuffle: bool) -> Vec<usize> {
     let mut all: Vec<usize> = (0..n).collect();
     if random.is_legacy() {
-        random.shuffle(&mut all, 1);
+        random.shuffle(&mut all);
         all.truncate(count);
         return all;
     }
     if n > 10_000 && count > n / if shuffle { 50 } else { 20 } {
-        random.shuffle(&mut all, n - count);
+        random.shuffle_tail(&mut all, n - count);
         return all.split_off(n - count);
     }
     let mut taken = HashSet::new();
@@ -95,7 +95,7 @@ fn distinct(random: &mut Random, n: usize, count: usize, shuffle: bool) -> Vec<u
         picked.push(one);
     }
     if shuffle {
-        random.shuffle(&mut picked, 1);
+        random.shuffle_tail(&mut picked, 1);
     }
     picked
 }

@@ -187,7 +187,7 @@ fn permutation(c: &Call) -> Result<Value, Fault> {
     };
     c.eval.budget.allocate(n)?;
     let mut at: Vec<usize> = (0..n).collect();
-    generator(c)?.borrow_mut().shuffle(&mut at, 1);
+    generator(c)?.borrow_mut().shuffle(&mut at);
     match c.get(1)? {
         Value::Number(_) => Ok(Value::Array(Array::ints(at.into_iter().map(|i| i as i64).collect(), vec![n]))),
         _ => rows(c, &c.array(1)?, at),
@@ -198,13 +198,13 @@ fn shuffle(c: &Call) -> Result<Value, Fault> {
     match c.get(1)? {
         Value::List(items) => {
             c.eval.budget.charge(items.0.borrow().len())?;
-            generator(c)?.borrow_mut().shuffle(&mut items.0.borrow_mut(), 1);
+            generator(c)?.borrow_mut().shuffle(&mut items.0.borrow_mut());
         }
         Value::Array(a) if a.ndim() > 0 => {
             let n = a.shape()[0];
             c.eval.budget.allocate(n)?;
             let mut at: Vec<usize> = (0..n).collect();
-            generator(c)?.borrow_mut().shuffle(&mut at, 1);
+            generator(c)?.borrow_mut().shuffle(&mut at);
             let mixed = rows(c, a, at)?;
             a.assign(&super::convert::to_array(&c.eval.budget, &mixed, None)?)?;
         }

@@ -28,9 +28,9 @@ impl Source {
         Self { text: text.to_owned(), first_line, indent }
     }
 
-    /// Line and column of an offset.
+    /// Line and column of an offset; what is missing at the end is missed at the last word.
     pub fn place(&self, offset: TextSize) -> (usize, usize) {
-        let end = self.text.floor_char_boundary(offset.to_usize().min(self.text.len()));
+        let end = self.text.floor_char_boundary(offset.to_usize().min(self.text.trim_end().len()));
         let before = &self.text[..end];
         let line = before.matches('\n').count();
         let column = before.rsplit('\n').next().map_or(0, |last| last.chars().count());
