@@ -14,7 +14,9 @@ fn golden() -> BTreeMap<String, BTreeMap<String, Value>> {
 }
 
 fn file_of(r: &Recorded) -> String {
-    if r.text == recorded::recorded(r.task, 1).unwrap_or("") && !["donut", "baguette", "two-pancakes"].contains(&r.task) {
+    if r.text == recorded::recorded(r.task, 1).unwrap_or("")
+        && !["donut", "baguette", "two-pancakes"].contains(&r.task)
+    {
         return format!("novel/{}.md", r.task);
     }
     let name = if r.volume_reasoning { "answer" } else { "without-volume-reasoning" };
@@ -123,7 +125,9 @@ fn the_form_of_the_paper_is_understood() {
 }
 
 fn step(tool: &str, code: &str, out: &str) -> String {
-    format!("### Step 1: roll\ntool name: {tool}\n```python\n{code}\n```\nin var name: [], out var name: [{out}]\n")
+    format!(
+        "### Step 1: roll\ntool name: {tool}\n```python\n{code}\n```\nin var name: [], out var name: [{out}]\n"
+    )
 }
 
 fn error(text: &str) -> AnswerError {
@@ -138,12 +142,24 @@ fn errors_name_line_step_and_remedy() {
         (String::from("### Step 1: x\ntool name: knife"), "line 1: the answer has no code", "```python"),
         (format!("### Step 1: x\n```python\n{cloud}"), "line 2: the code fence is never closed", "cut off"),
         (step("spoon", cloud, "disc"), "line 2: step 1 names the tool `spoon`", "rolling pin"),
-        (step("knife and pole", cloud, "disc"), "line 2: step 1 names several tools: knife, pole", "split it"),
-        (step("knife", cloud, "disk"), "line 6: step 1 names the cloud `disk`", "clouds defined so far: disc"),
+        (
+            step("knife and pole", cloud, "disc"),
+            "line 2: step 1 names several tools: knife, pole",
+            "split it",
+        ),
+        (
+            step("knife", cloud, "disk"),
+            "line 6: step 1 names the cloud `disk`",
+            "clouds defined so far: disc",
+        ),
         (step("knife", cloud, ""), "line 6: step 1 names no cloud", "clouds defined so far: disc"),
         (step("knife", "disc = [1, 2]", "disc"), "`disc` is a list", "np.stack"),
         (step("knife", "disc = np.zeros((3, 300))", "disc"), "an array of shape [3, 300]", "np.stack"),
-        (step("knife", "disc = np.full((300, 3), np.nan)", "disc"), "point 0 of `disc` is not finite", "roots"),
+        (
+            step("knife", "disc = np.full((300, 3), np.nan)", "disc"),
+            "point 0 of `disc` is not finite",
+            "roots",
+        ),
         (step("knife", "a = 1\ndisc = foo", "disc"), "line 5, column 8: step 1: name `foo`", "define it"),
         (step("knife", "disc = (", "disc"), "line 4", ""),
     ];
@@ -152,7 +168,8 @@ fn errors_name_line_step_and_remedy() {
         assert!(error.to_string().contains(message), "{text}\n{error}");
         assert!(error.hint().unwrap_or_default().contains(hint), "{text}\n{:?}", error.hint());
     }
-    let no_code = format!("{}### Step 2: cut\ntool name: knife\nout var name: [a]\n", step("pole", cloud, "disc"));
+    let no_code =
+        format!("{}### Step 2: cut\ntool name: knife\nout var name: [a]\n", step("pole", cloud, "disc"));
     assert!(matches!(error(&no_code), AnswerError::StepWithoutCode { step: 2, line: 7 }));
 }
 
@@ -164,7 +181,13 @@ fn what_looks_wrong_but_runs_is_a_warning() {
     let answer = stages_from_answer(&(first + second)).unwrap();
     assert_eq!(answer.stages[1].tool.as_deref(), Some("pole"));
     let all = answer.warnings.join("\n");
-    for part in ["title says pole", "takes `bal`", "volume of 1 before and 0.5 after", "only 100 points", "is stated at"] {
+    for part in [
+        "title says pole",
+        "takes `bal`",
+        "volume of 1 before and 0.5 after",
+        "only 100 points",
+        "is stated at",
+    ] {
         assert!(all.contains(part), "{all}");
     }
 }

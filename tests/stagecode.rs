@@ -15,9 +15,8 @@ fn run(code: &str) -> Result<(), CodeError> {
 
 /// The variable `x` after the code, flat.
 fn values(code: &str) -> Vec<f64> {
-    let captured = evaluate(&Limits::default(), |session| {
-        session.run(code, 1, 0).map(|()| session.capture("x"))
-    });
+    let captured =
+        evaluate(&Limits::default(), |session| session.run(code, 1, 0).map(|()| session.capture("x")));
     match captured.unwrap() {
         Captured::Array { values, .. } => values,
         other => panic!("x is {other:?}"),

@@ -19,9 +19,11 @@ fn answer(name: &str) -> String {
 fn writes_stages_and_clouds() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("new/out");
-    let run = donut().args(["subgoals", &answer("two-pancakes/answer-1.md"), "--json", "--out"]).arg(&out).assert();
+    let run =
+        donut().args(["subgoals", &answer("two-pancakes/answer-1.md"), "--json", "--out"]).arg(&out).assert();
     let printed: serde_json::Value = serde_json::from_slice(&run.success().get_output().stdout).unwrap();
-    let written: serde_json::Value = serde_json::from_slice(&fs::read(out.join("stages.json")).unwrap()).unwrap();
+    let written: serde_json::Value =
+        serde_json::from_slice(&fs::read(out.join("stages.json")).unwrap()).unwrap();
     assert_eq!(printed, written);
     assert_eq!(written[1]["tool"], "knife");
     assert_eq!(written[0]["tool"], serde_json::Value::Null);
@@ -52,7 +54,10 @@ fn fails(text: &str, messages: &[&str]) {
 
 #[test]
 fn an_answer_without_code_is_an_error_with_a_hint() {
-    fails("### Step 1: roll it\ntool name: rolling pin\n", &["answer.md: line 1: the answer has no code", "\nhint: put the code"]);
+    fails(
+        "### Step 1: roll it\ntool name: rolling pin\n",
+        &["answer.md: line 1: the answer has no code", "\nhint: put the code"],
+    );
 }
 
 #[test]

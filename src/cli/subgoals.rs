@@ -41,7 +41,8 @@ pub fn run(flags: &Subgoals) -> Result<ExitCode> {
         eprintln!("warning: {file}: {warning}");
     }
     let stages = Value::Array(answer.stages.iter().map(as_json).collect());
-    write(&flags.out, &stages, &answer).with_context(|| format!("{} cannot be written", flags.out.display()))?;
+    write(&flags.out, &stages, &answer)
+        .with_context(|| format!("{} cannot be written", flags.out.display()))?;
     if flags.json {
         println!("{}", serde_json::to_string_pretty(&stages)?);
     } else {
@@ -92,10 +93,8 @@ fn npz(stages: &[Stage]) -> Result<Vec<u8>> {
 
 /// Writes both files under temporary names and renames them only when both are complete.
 fn write(directory: &Path, stages: &Value, answer: &Answer) -> Result<()> {
-    let contents = [
-        ("stages.json", serde_json::to_vec_pretty(stages)?),
-        ("clouds.npz", npz(&answer.stages)?),
-    ];
+    let contents =
+        [("stages.json", serde_json::to_vec_pretty(stages)?), ("clouds.npz", npz(&answer.stages)?)];
     fs::create_dir_all(directory)?;
     let temporary = |name: &str| directory.join(format!(".{name}.{}", std::process::id()));
     let written = contents.iter().try_for_each(|(name, bytes)| {

@@ -77,7 +77,9 @@ impl AnswerError {
             Self::NoSteps => "begin each step with a line such as `### Step 1: roll the ball flat`".into(),
             Self::NoCode => "put the code of each step between ```python and ```".into(),
             Self::UnclosedFence { .. } => "close it with ```; perhaps the answer was cut off".into(),
-            Self::StepWithoutCode { .. } => "add code that builds the cloud after this step, between ```python and ```".into(),
+            Self::StepWithoutCode { .. } => {
+                "add code that builds the cloud after this step, between ```python and ```".into()
+            }
             Self::NoTool { .. } | Self::UnknownTool { .. } => {
                 "write `tool name: rolling pin`, or knife, gripper or pole; `none` for step 0".into()
             }
@@ -262,10 +264,10 @@ fn warn(stage: &Stage, before: &[Stage], warnings: &mut Vec<String>) {
     let sum = |names: Vec<&String>| names.into_iter().map(stated).sum::<Option<f64>>();
     let (going_in, coming_out) =
         (sum(stage.inputs.iter().collect()), sum(stage.outputs.iter().map(|o| &o.name).collect()));
-    if let (Some(a), Some(b), false) = (going_in, coming_out, stage.inputs.is_empty()) {
-        if (a - b).abs() > VOLUME_TOLERANCE * a.abs().max(b.abs()) {
-            warnings.push(format!("step {step} states a volume of {a} before and {b} after"));
-        }
+    if let (Some(a), Some(b), false) = (going_in, coming_out, stage.inputs.is_empty())
+        && (a - b).abs() > VOLUME_TOLERANCE * a.abs().max(b.abs())
+    {
+        warnings.push(format!("step {step} states a volume of {a} before and {b} after"));
     }
     for output in &stage.outputs {
         if output.points.len() < FEW_POINTS {
@@ -276,7 +278,10 @@ fn warn(stage: &Stage, before: &[Stage], warnings: &mut Vec<String>) {
         match stage.stated_location.get(&output.name) {
             Some(&place) if distance(place, middle) > LOCATION_TOLERANCE * bounds.diagonal() => {
                 let shown = middle.map(|x| (x * 1000.0).round() / 1000.0);
-                warnings.push(format!("step {step}: `{}` is stated at {place:?}, its mean is {shown:?}", output.name));
+                warnings.push(format!(
+                    "step {step}: `{}` is stated at {place:?}, its mean is {shown:?}",
+                    output.name
+                ));
             }
             _ => {}
         }

@@ -123,10 +123,11 @@ fn keys_in(text: &str) -> Vec<(Field, usize, usize)> {
     let mut found: Vec<(Field, usize, usize)> = Vec::new();
     let (mut depth, mut may_start) = (0isize, true);
     for (at, c) in text.char_indices() {
-        if may_start && depth == 0 {
-            if let Some((field, value)) = key_at(text, at) {
-                found.push((field, at, value));
-            }
+        if may_start
+            && depth == 0
+            && let Some((field, value)) = key_at(text, at)
+        {
+            found.push((field, at, value));
         }
         match c {
             '[' | '(' | '{' => depth += 1,
@@ -142,9 +143,10 @@ fn keys_in(text: &str) -> Vec<(Field, usize, usize)> {
 fn key_at(text: &str, at: usize) -> Option<(Field, usize)> {
     KEYS.iter().find_map(|&(key, field)| {
         let head = text.get(at..at + key.len())?;
-        let same = head.chars().zip(key.chars()).all(|(a, b)| {
-            a.to_ascii_lowercase() == b || b == ' ' && matches!(a, '_' | '-')
-        });
+        let same = head
+            .chars()
+            .zip(key.chars())
+            .all(|(a, b)| a.to_ascii_lowercase() == b || b == ' ' && matches!(a, '_' | '-'));
         let rest = &text[at + key.len()..];
         let body = rest.trim_start_matches("(s)").trim_start_matches(['*', '_', '`', ' ']);
         let value = body.strip_prefix([':', '='])?;
@@ -206,9 +208,9 @@ fn last_name(before: &str) -> Option<String> {
     let before = before.trim_end().trim_end_matches("np.array").trim_end();
     let before = before.strip_suffix([':', '=']).unwrap_or(before).trim_end();
     let before = before.trim_end_matches(['"', '\'', '`', '*']);
-    let start = before.rfind(|c: char| !(c.is_alphanumeric() || c == '_')).map_or(0, |at| {
-        at + before[at..].chars().next().map_or(1, char::len_utf8)
-    });
+    let start = before
+        .rfind(|c: char| !(c.is_alphanumeric() || c == '_'))
+        .map_or(0, |at| at + before[at..].chars().next().map_or(1, char::len_utf8));
     let name = &before[start..];
     let word = name.starts_with(|c: char| c.is_alphabetic() || c == '_');
     (word && !matches!(name, "at" | "is")).then(|| name.to_owned())
@@ -241,7 +243,9 @@ pub fn volumes(value: &str, outputs: &[String]) -> BTreeMap<String, String> {
 pub fn number(text: &str, formula: impl FnOnce(&str) -> Option<f64>) -> Option<f64> {
     let last = text.rsplit(['=', '≈']).next().unwrap_or(text).trim();
     let plain = last.replace('−', "-").replace(['·', '×'], "*").replace('π', "pi").replace('^', "**");
-    let digits = plain.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | 'e' | '-' | '+'))).unwrap_or(plain.len());
+    let digits = plain
+        .find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | 'e' | '-' | '+')))
+        .unwrap_or(plain.len());
     let rest = plain[digits..].trim_start();
     let unit = rest.is_empty() || rest.starts_with(char::is_alphabetic) && !rest.starts_with("pi");
     let value = if unit { plain[..digits].trim().parse().ok() } else { formula(&plain) };
@@ -275,7 +279,12 @@ mod tests {
 
     #[test]
     fn keys_in_many_spellings() {
-        for line in ["tool name: [Rolling pin]", "**Tool name:** [Rolling pin]", "- *Tool*: [Rolling pin]", "2. Tool_Name = [Rolling pin]"] {
+        for line in [
+            "tool name: [Rolling pin]",
+            "**Tool name:** [Rolling pin]",
+            "- *Tool*: [Rolling pin]",
+            "2. Tool_Name = [Rolling pin]",
+        ] {
             assert_eq!(one(line), [(Field::Tool, "[Rolling pin]".to_owned())], "{line}");
         }
         assert!(one("the tool: a pin").is_empty());
@@ -295,7 +304,12 @@ mod tests {
 
     #[test]
     fn locations_and_volumes_in_many_spellings() {
-        for text in ["{\"ball\": (0, -0.5, 1)}", "ball: [0, -0.5, 1]", "`ball` = np.array([0, −0.5, 1])", "(0, -0.5, 1)"] {
+        for text in [
+            "{\"ball\": (0, -0.5, 1)}",
+            "ball: [0, -0.5, 1]",
+            "`ball` = np.array([0, −0.5, 1])",
+            "(0, -0.5, 1)",
+        ] {
             assert_eq!(locations(text, &["ball".into()])["ball"], [0.0, -0.5, 1.0], "{text}");
         }
         let two = locations("{'a': (1, 2, 3), 'b': (4, 5, 6)}", &[]);
@@ -318,7 +332,8 @@ mod tests {
 
     #[test]
     fn values_go_on_while_brackets_are_open() {
-        let lines: Vec<(usize, String)> = (5..).zip(["loc: {", "  \"a\": (1, 2, 3),", "}", "vol: {\"a\": 1}"].map(String::from)).collect();
+        let lines: Vec<(usize, String)> =
+            (5..).zip(["loc: {", "  \"a\": (1, 2, 3),", "}", "vol: {\"a\": 1}"].map(String::from)).collect();
         let found = read(&lines);
         assert_eq!(found.len(), 2);
         assert_eq!((found[0].0, found[1].0), (5, 8));

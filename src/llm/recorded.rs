@@ -7,7 +7,8 @@
 pub const PLAN: &str = include_str!("../../prompts/plan.md");
 
 /// The same without the parts on volume and on chain reasoning.
-pub const PLAN_WITHOUT_VOLUME_REASONING: &str = include_str!("../../prompts/plan-without-volume-reasoning.md");
+pub const PLAN_WITHOUT_VOLUME_REASONING: &str =
+    include_str!("../../prompts/plan-without-volume-reasoning.md");
 
 /// What was sent and when, for each answer, as JSON.
 pub const MANIFEST: &str = include_str!("../../prompts/recorded/manifest.json");

@@ -112,7 +112,8 @@ impl Reply {
             .zip(&open.lines)
             .filter_map(|(number, l)| Some((number, l.trim_start().strip_prefix('#')?.to_owned())))
             .collect();
-        let block = CodeBlock { first_line: open.line + 1, indent: open.indent, text: open.lines.join("\n") + "\n" };
+        let block =
+            CodeBlock { first_line: open.line + 1, indent: open.indent, text: open.lines.join("\n") + "\n" };
         match self.steps.last_mut() {
             Some(step) => step.code.push(block),
             None => self.preamble.push(block),
@@ -150,8 +151,9 @@ impl Reply {
 fn opens(line: &str, number: usize) -> Option<Fence> {
     let body = line.trim_start();
     let mark: String = body.chars().take_while(|&c| c == '`' || c == '~').collect();
-    let uniform = mark.chars().all(|c| Some(c) == mark.chars().next());
-    let language = body[mark.len()..].trim().trim_matches(|c| c == '{' || c == '}' || c == '.').to_lowercase();
+    let uniform = mark.chars().all(|c| mark.starts_with(c));
+    let language =
+        body[mark.len()..].trim().trim_matches(|c| c == '{' || c == '}' || c == '.').to_lowercase();
     if mark.len() < 3 || !uniform || language.contains('`') {
         return None;
     }
@@ -166,7 +168,9 @@ fn opens(line: &str, number: usize) -> Option<Fence> {
 
 fn closes(open: &Fence, line: &str) -> bool {
     let body = line.trim();
-    body.len() >= open.mark.len() && body.starts_with(&open.mark) && body.chars().all(|c| open.mark.starts_with(c))
+    body.len() >= open.mark.len()
+        && body.starts_with(&open.mark)
+        && body.chars().all(|c| open.mark.starts_with(c))
 }
 
 /// The line without up to `indent` leading blanks.
@@ -186,7 +190,8 @@ fn heading(line: &str) -> Option<(u32, String)> {
     let after = rest[digits..].trim_start_matches([']', ')', '*', '_', ' ']);
     let title = after.trim_start_matches([':', '.', '-', '–', '—', ' ', '*']);
     // Without a mark of its own, "Step 2 uses the pin" is a sentence.
-    let ends_number = after.is_empty() || after.len() > title.len() && !after.starts_with(char::is_alphanumeric);
+    let ends_number =
+        after.is_empty() || after.len() > title.len() && !after.starts_with(char::is_alphanumeric);
     if !marked && !ends_number {
         return None;
     }

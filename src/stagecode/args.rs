@@ -103,13 +103,8 @@ impl<'a> Call<'a> {
         let parameters: Vec<&'static str> = row.signature.split_whitespace().collect();
         let takes_rest = parameters.iter().position(|p| p.starts_with('*'));
         let plain = takes_rest.unwrap_or(parameters.len());
-        let mut call = Self {
-            eval,
-            name: row.name,
-            slots: vec![None; parameters.len()],
-            parameters,
-            rest: Vec::new(),
-        };
+        let mut call =
+            Self { eval, name: row.name, slots: vec![None; parameters.len()], parameters, rest: Vec::new() };
         for (at, value) in arguments.positional.into_iter().enumerate() {
             if at < plain {
                 call.slots[at] = Some(value);

@@ -122,7 +122,8 @@ impl Plan {
         }
         budget.allocate_shape(&shape)?;
         let base = rest.positions();
-        let all: Vec<i64> = offsets.iter().flat_map(|o| base.iter().map(move |&b| (b as isize + o) as i64)).collect();
+        let all: Vec<i64> =
+            offsets.iter().flat_map(|o| base.iter().map(move |&b| (b as isize + o) as i64)).collect();
         // The picked axes stand in front so far; they go where the first of them stood.
         let picked = picked_shape.len();
         let order: Vec<usize> =
@@ -150,7 +151,9 @@ fn expand(budget: &Budget, array: &Array, index: &Value) -> Result<Vec<Value>, F
                 return Err(Fault::unsupported("indexing with a single truth value", "use an if statement"));
             }
             Value::Number(Scalar::Float(_)) => {
-                return Err(Fault::Index("an index must be an integer, not a float; use int(..) or //".into()));
+                return Err(Fault::Index(
+                    "an index must be an integer, not a float; use int(..) or //".into(),
+                ));
             }
             Value::Number(_) => (used, _) = (used + 1, out.push(item)),
             Value::Array(_) | Value::List(_) | Value::Range(..) | Value::Tuple(_) => {
@@ -222,6 +225,7 @@ pub fn nonzero(budget: &Budget, mask: &Array) -> Result<Vec<Array>, Fault> {
 /// Indices counted from the front and within an axis of this length.
 fn checked(budget: &Budget, indices: &Array, length: usize) -> Result<Array, Fault> {
     budget.allocate(indices.size())?;
-    let fixed = indices.to_ints().into_iter().map(|i| position(&Value::int(i), length, "axis").map(|i| i as i64));
+    let fixed =
+        indices.to_ints().into_iter().map(|i| position(&Value::int(i), length, "axis").map(|i| i as i64));
     Ok(Array::ints(fixed.collect::<Result<_, _>>()?, indices.shape().to_vec()))
 }

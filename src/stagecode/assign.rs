@@ -38,7 +38,8 @@ impl Evaluator {
     fn unpack(&self, targets: &[Expr], value: &Value, scope: &Rc<Scope>) -> Result<(), Raised> {
         let mut items = self.collect(value)?;
         let star = targets.iter().position(|t| matches!(t, Expr::Starred(_)));
-        let enough = if star.is_some() { items.len() + 1 >= targets.len() } else { items.len() == targets.len() };
+        let enough =
+            if star.is_some() { items.len() + 1 >= targets.len() } else { items.len() == targets.len() };
         if !enough {
             let wanted = targets.len() - usize::from(star.is_some());
             return Err(Fault::value(format!("{wanted} targets for {} values", items.len())).into());
@@ -93,7 +94,8 @@ impl Evaluator {
             Expr::Name(name) => {
                 let old = scope.variables.borrow_mut().remove(name.id.as_str());
                 old.map(drop).ok_or_else(|| {
-                    Raised::from(Fault::UnknownName { name: name.id.to_string(), hint: None }).at(target.range())
+                    Raised::from(Fault::UnknownName { name: name.id.to_string(), hint: None })
+                        .at(target.range())
                 })
             }
             Expr::Subscript(t) => {

@@ -36,9 +36,7 @@ const ROWS: &[Row] = &[
         items.reverse();
         Ok(Value::iter(items))
     }),
-    Row::back("sorted", "iterable key? reverse?", |c| {
-        Ok(Value::list(sort(c, c.sequence(0)?, 1, 2)?))
-    }),
+    Row::back("sorted", "iterable key? reverse?", |c| Ok(Value::list(sort(c, c.sequence(0)?, 1, 2)?))),
     Row::back("map", "function *iterables", map),
     Row::back("filter", "function iterable", filter),
     Row::back("min", "first *others key? default?", |c| extreme(c, std::cmp::Ordering::Less)),
@@ -53,7 +51,10 @@ const ROWS: &[Row] = &[
     }),
     Row::new("divmod", "a b", |c| {
         let part = |op| operators::binary(&c.eval.budget, op, c.get(0)?, c.get(1)?);
-        Ok(Value::tuple(vec![part(ruff_python_ast::Operator::FloorDiv)?, part(ruff_python_ast::Operator::Mod)?]))
+        Ok(Value::tuple(vec![
+            part(ruff_python_ast::Operator::FloorDiv)?,
+            part(ruff_python_ast::Operator::Mod)?,
+        ]))
     }),
     Row::new("int", "x?", int),
     Row::new("float", "x?", float),
@@ -68,8 +69,12 @@ const ROWS: &[Row] = &[
         let spec = if c.opt(1).is_some() { c.text(1)? } else { "" };
         Ok(Value::str(format::formatted(c.get(0)?, spec)?))
     }),
-    Row::new("list", "iterable?", |c| Ok(Value::list(if c.opt(0).is_some() { c.sequence(0)? } else { Vec::new() }))),
-    Row::new("tuple", "iterable?", |c| Ok(Value::tuple(if c.opt(0).is_some() { c.sequence(0)? } else { Vec::new() }))),
+    Row::new("list", "iterable?", |c| {
+        Ok(Value::list(if c.opt(0).is_some() { c.sequence(0)? } else { Vec::new() }))
+    }),
+    Row::new("tuple", "iterable?", |c| {
+        Ok(Value::tuple(if c.opt(0).is_some() { c.sequence(0)? } else { Vec::new() }))
+    }),
     Row::new("set", "iterable?", |c| keys(if c.opt(0).is_some() { c.sequence(0)? } else { Vec::new() })),
     Row::new("dict", "items?", super::methods_dict::dict),
     Row::new("iter", "iterable", |c| Ok(Value::iter(c.sequence(0)?))),
@@ -106,9 +111,9 @@ fn len(c: &Call) -> Result<Value, Fault> {
     if matches!(value, Value::Iter(_)) {
         return Err(c.problem("an iterator has no length; make a list of it"));
     }
-    Steps::of(value).map(|steps| Value::count(steps.remaining())).map_err(|_| {
-        c.problem(format!("a {} has no length", value.type_name()))
-    })
+    Steps::of(value)
+        .map(|steps| Value::count(steps.remaining()))
+        .map_err(|_| c.problem(format!("a {} has no length", value.type_name())))
 }
 
 fn range(c: &Call) -> Result<Value, Fault> {
@@ -152,7 +157,8 @@ pub fn sort(c: &Call, items: Vec<Value>, key: usize, reverse: usize) -> Result<V
     let mut fault = None;
     let backwards = c.flag(reverse, false)?;
     merge_sort(&mut pairs, &mut |a, b| {
-        operators::order(&c.eval.budget, &a.0, &b.0).map(|o| if backwards { o.map(std::cmp::Ordering::reverse) } else { o })
+        operators::order(&c.eval.budget, &a.0, &b.0)
+            .map(|o| if backwards { o.map(std::cmp::Ordering::reverse) } else { o })
             .unwrap_or_else(|f| {
                 fault.get_or_insert(f);
                 None

@@ -18,7 +18,8 @@ impl Evaluator {
     /// The value of a call expression.
     pub(super) fn call_expr(&self, e: &ExprCall, scope: &Rc<Scope>) -> Result<Value, Raised> {
         let function = self.expr(&e.func, scope)?;
-        let mut arguments = Arguments { positional: self.sequence(&e.arguments.args, scope)?, keyword: Vec::new() };
+        let mut arguments =
+            Arguments { positional: self.sequence(&e.arguments.args, scope)?, keyword: Vec::new() };
         for keyword in &e.arguments.keywords {
             let value = self.expr(&keyword.value, scope)?;
             match (&keyword.arg, &value) {

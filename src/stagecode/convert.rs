@@ -52,7 +52,9 @@ impl Reading<'_> {
             Value::Range(start, stop, step) => {
                 let count = range_len(*start, *stop, *step);
                 self.budget.allocate(count)?;
-                let all: Vec<Scalar> = (0..count as i64).map(|i| Scalar::Int(start.wrapping_add(i.wrapping_mul(*step)))).collect();
+                let all: Vec<Scalar> = (0..count as i64)
+                    .map(|i| Scalar::Int(start.wrapping_add(i.wrapping_mul(*step))))
+                    .collect();
                 self.push(&all, Dtype::Int, vec![count])
             }
             Value::List(items) | Value::Tuple(items) => self.read_items(&items.0.borrow(), depth),
@@ -100,9 +102,9 @@ pub fn to_shape(value: &Value) -> Result<Vec<usize>, Fault> {
             let shape: Vec<usize> = items.0.borrow().iter().map(length).collect::<Result<_, _>>()?;
             check_dimensions(shape)
         }
-        Value::Array(a) if a.ndim() == 1 && a.dtype() == Dtype::Int => {
-            check_dimensions(a.to_ints().into_iter().map(|n| length(&Value::int(n))).collect::<Result<_, _>>()?)
-        }
+        Value::Array(a) if a.ndim() == 1 && a.dtype() == Dtype::Int => check_dimensions(
+            a.to_ints().into_iter().map(|n| length(&Value::int(n))).collect::<Result<_, _>>()?,
+        ),
         other => Ok(vec![length(other)?]),
     }
 }

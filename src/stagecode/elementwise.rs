@@ -206,7 +206,9 @@ fn int_function(op: Op) -> fn(i64, i64) -> i64 {
         Op::Multiply => i64::wrapping_mul,
         // numpy gives 0 where the divisor is 0.
         Op::FloorDivide => |x, y| if y == 0 { 0 } else { int_floor_divide(x, y) },
-        Op::Remainder => |x, y| if y == 0 { 0 } else { x.wrapping_sub(int_floor_divide(x, y).wrapping_mul(y)) },
+        Op::Remainder => {
+            |x, y| if y == 0 { 0 } else { x.wrapping_sub(int_floor_divide(x, y).wrapping_mul(y)) }
+        }
         Op::Fmod => |x, y| if y == 0 { 0 } else { x.wrapping_rem(y) },
         Op::Power => |x, y| x.wrapping_pow(u32::try_from(y).unwrap_or(u32::MAX)),
         Op::Maximum => i64::max,

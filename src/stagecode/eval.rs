@@ -166,7 +166,9 @@ impl Evaluator {
     /// The fault of a `raise` statement.
     fn raised(&self, exception: Option<&Expr>, scope: &Rc<Scope>) -> Result<Raised, Raised> {
         Ok(match exception.map(|e| self.expr(e, scope)).transpose()? {
-            Some(Value::Exception(e)) => Fault::Raised { exception: e.0.clone(), message: e.1.clone() }.into(),
+            Some(Value::Exception(e)) => {
+                Fault::Raised { exception: e.0.clone(), message: e.1.clone() }.into()
+            }
             other => self.exception("Exception", other.as_ref()).into(),
         })
     }
@@ -189,8 +191,8 @@ impl Evaluator {
     }
 
     fn for_statement(&self, s: &StmtFor, scope: &Rc<Scope>) -> Result<Flow, Raised> {
-        let mut steps = Steps::of(&self.expr(&s.iter, scope)?).map_err(|f| Raised::from(f).at(s.iter.range()))?;
-        while let Some(value) = steps.next() {
+        let steps = Steps::of(&self.expr(&s.iter, scope)?).map_err(|f| Raised::from(f).at(s.iter.range()))?;
+        for value in steps {
             self.budget.charge(1)?;
             self.assign(&s.target, value, scope)?;
             match self.block(&s.body, scope)? {

@@ -18,6 +18,9 @@ use super::iterate::Steps;
 use super::value::{Body, Function, Value};
 use super::{attribute, format, index, operators};
 
+/// What a comprehension does in its innermost loop.
+type Each<'a> = dyn FnMut(&Evaluator, &Rc<Scope>) -> Result<(), Raised> + 'a;
+
 impl Evaluator {
     /// The value of an expression.
     pub(super) fn expr(&self, expr: &Expr, scope: &Rc<Scope>) -> Result<Value, Raised> {
@@ -172,7 +175,12 @@ impl Evaluator {
     }
 
     /// The items of a comprehension, in a scope of its own.
-    fn comprehension(&self, item: &Expr, loops: &[Comprehension], scope: &Rc<Scope>) -> Result<Vec<Value>, Raised> {
+    fn comprehension(
+        &self,
+        item: &Expr,
+        loops: &[Comprehension],
+        scope: &Rc<Scope>,
+    ) -> Result<Vec<Value>, Raised> {
         let mut out = Vec::new();
         self.run_loops(loops, &Scope::inside(scope), &mut |eval, inner| {
             eval.budget.charge(1)?;
@@ -185,9 +193,15 @@ impl Evaluator {
         Ok(out)
     }
 
-    fn dict_comprehension(&self, e: &ruff_python_ast::ExprDictComp, scope: &Rc<Scope>) -> Result<Value, Raised> {
+    fn dict_comprehension(
+        &self,
+        e: &ruff_python_ast::ExprDictComp,
+        scope: &Rc<Scope>,
+    ) -> Result<Value, Raised> {
         let mut dict = Dict::default();
-        let Some(key) = &e.key else { return Err(Fault::unsupported("** in a dict comprehension", "use a loop").into()) };
+        let Some(key) = &e.key else {
+            return Err(Fault::unsupported("** in a dict comprehension", "use a loop").into());
+        };
         self.run_loops(&e.generators, &Scope::inside(scope), &mut |eval, inner| {
             let key = eval.expr(key, inner)?;
             dict.insert(&key, eval.expr(&e.value, inner)?)?;
@@ -201,12 +215,12 @@ impl Evaluator {
         &self,
         loops: &[Comprehension],
         scope: &Rc<Scope>,
-        each: &mut dyn FnMut(&Self, &Rc<Scope>) -> Result<(), Raised>,
+        each: &mut Each<'_>,
     ) -> Result<(), Raised> {
         let Some((first, rest)) = loops.split_first() else { return each(self, scope) };
-        let mut steps =
+        let steps =
             Steps::of(&self.expr(&first.iter, scope)?).map_err(|f| Raised::from(f).at(first.iter.range()))?;
-        'items: while let Some(value) = steps.next() {
+        'items: for value in steps {
             self.budget.charge(1)?;
             self.assign(&first.target, value, scope)?;
             for condition in &first.ifs {
@@ -276,7 +290,9 @@ pub(super) fn keys(items: Vec<Value>) -> Result<Value, Fault> {
 
 fn unsupported(expr: &Expr) -> Fault {
     match expr {
-        Expr::Yield(_) | Expr::YieldFrom(_) => Fault::unsupported("a generator", "collect the items in a list"),
+        Expr::Yield(_) | Expr::YieldFrom(_) => {
+            Fault::unsupported("a generator", "collect the items in a list")
+        }
         Expr::Await(_) => Fault::unsupported("`await`", "use plain calls"),
         Expr::BytesLiteral(_) => Fault::unsupported("bytes", "use text in quotes"),
         Expr::Starred(_) => Fault::Syntax("a starred expression cannot stand here".into()),

@@ -171,7 +171,8 @@ impl Spec {
         let precision = self.precision;
         let Some(n) = value.as_scalar() else {
             let shown = text(value);
-            return matches!(self.kind, None | Some('s')).then(|| shown.chars().take(precision.unwrap_or(usize::MAX)).collect());
+            return matches!(self.kind, None | Some('s'))
+                .then(|| shown.chars().take(precision.unwrap_or(usize::MAX)).collect());
         };
         Some(match self.kind {
             Some('d') if !matches!(n, Scalar::Float(_)) => n.int().to_string(),
@@ -193,7 +194,9 @@ fn general(f: f64, digits: usize) -> String {
     }
     let rounded = format!("{f:.*e}", digits - 1);
     let exponent: i32 = rounded.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
-    let trim = |s: &str| if s.contains('.') { s.trim_end_matches('0').trim_end_matches('.').to_owned() } else { s.to_owned() };
+    let trim = |s: &str| {
+        if s.contains('.') { s.trim_end_matches('0').trim_end_matches('.').to_owned() } else { s.to_owned() }
+    };
     if (-4..digits as i32).contains(&exponent) {
         return trim(&format!("{f:.*}", (digits as i32 - 1 - exponent).max(0) as usize));
     }

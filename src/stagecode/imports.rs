@@ -62,7 +62,9 @@ fn module_named(name: &str) -> Option<Module> {
 fn refusal(name: &str) -> Fault {
     let instead = match name {
         "random" => "use np.random",
-        "scipy" | "scipy.spatial" | "scipy.spatial.transform" => "write the formula with numpy; np.linalg has norm, inv and det",
+        "scipy" | "scipy.spatial" | "scipy.spatial.transform" => {
+            "write the formula with numpy; np.linalg has norm, inv and det"
+        }
         "matplotlib" | "matplotlib.pyplot" | "open3d" => "leave pictures out; only the clouds count",
         "typing" | "dataclasses" => "leave annotations out",
         "itertools" => "use nested loops or np.meshgrid",

@@ -21,7 +21,11 @@ pub fn get(eval: &Evaluator, owner: &Value, at: &Value) -> Result<Value, Fault> 
                 let picked = slice_positions(parts, items.len())?;
                 eval.budget.allocate(picked.len())?;
                 let picked = picked.iter().map(|i| items[i].clone()).collect();
-                return Ok(if matches!(owner, Value::List(_)) { Value::list(picked) } else { Value::tuple(picked) });
+                return Ok(if matches!(owner, Value::List(_)) {
+                    Value::list(picked)
+                } else {
+                    Value::tuple(picked)
+                });
             }
             Ok(items[position(at, items.len(), owner.type_name())?].clone())
         }
@@ -39,7 +43,9 @@ pub fn get(eval: &Evaluator, owner: &Value, at: &Value) -> Result<Value, Fault> 
                     let item = |i: usize| Value::int(start.wrapping_add(step.wrapping_mul(i as i64)));
                     Ok(Value::list(picked.iter().map(item).collect()))
                 }
-                _ => Ok(Value::int(start.wrapping_add(step.wrapping_mul(position(at, count, "range")? as i64)))),
+                _ => Ok(Value::int(
+                    start.wrapping_add(step.wrapping_mul(position(at, count, "range")? as i64)),
+                )),
             }
         }
         Value::Indexer(kind) => numpy_grid::indexer(eval, *kind, at),
@@ -81,12 +87,20 @@ pub fn set(eval: &Evaluator, owner: &Value, at: &Value, value: Value) -> Result<
     }
 }
 
-fn set_slice(eval: &Evaluator, items: &super::value::Items, parts: &[Value; 3], value: &Value) -> Result<(), Fault> {
+fn set_slice(
+    eval: &Evaluator,
+    items: &super::value::Items,
+    parts: &[Value; 3],
+    value: &Value,
+) -> Result<(), Fault> {
     let new = eval.collect(value)?;
     let length = items.0.borrow().len();
     let picked = slice_positions(parts, length)?;
     if picked.step != 1 {
-        return Err(Fault::unsupported("assigning to a stepped slice of a list", "use a numpy array or a loop"));
+        return Err(Fault::unsupported(
+            "assigning to a stepped slice of a list",
+            "use a numpy array or a loop",
+        ));
     }
     eval.budget.allocate(length + new.len())?;
     let start = picked.start.min(length);
@@ -116,7 +130,10 @@ pub fn delete(owner: &Value, at: &Value) -> Result<(), Fault> {
 pub fn position(at: &Value, length: usize, what: &str) -> Result<usize, Fault> {
     let index = match at.as_scalar() {
         Some(Scalar::Float(_)) | None => {
-            return Err(Fault::kind(format!("an index of a {what} must be an integer, not {}", at.type_name())));
+            return Err(Fault::kind(format!(
+                "an index of a {what} must be an integer, not {}",
+                at.type_name()
+            )));
         }
         Some(n) => n.int(),
     };

@@ -11,9 +11,35 @@ use super::{builtins, convert, methods_dict, numpy, operators, random_table};
 
 /// numpy functions that are methods of arrays too.
 const SHARED: &[&str] = &[
-    "sum", "prod", "mean", "std", "var", "min", "max", "argmin", "argmax", "any", "all", "ptp", "cumsum", "cumprod",
-    "reshape", "ravel", "flatten", "transpose", "swapaxes", "squeeze", "repeat", "clip", "round", "argsort", "dot",
-    "nonzero", "copy", "trace", "searchsorted",
+    "sum",
+    "prod",
+    "mean",
+    "std",
+    "var",
+    "min",
+    "max",
+    "argmin",
+    "argmax",
+    "any",
+    "all",
+    "ptp",
+    "cumsum",
+    "cumprod",
+    "reshape",
+    "ravel",
+    "flatten",
+    "transpose",
+    "swapaxes",
+    "squeeze",
+    "repeat",
+    "clip",
+    "round",
+    "argsort",
+    "dot",
+    "nonzero",
+    "copy",
+    "trace",
+    "searchsorted",
 ];
 
 /// Methods that only arrays (and numbers taken from them) have.

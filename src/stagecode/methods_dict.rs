@@ -28,7 +28,9 @@ pub const DICT: &[Row] = &[
     }),
     Row::new("pop", "self key default?", |c| {
         let found = table(c)?.0.borrow_mut().remove(&Key::of(c.get(1)?)?);
-        found.or_else(|| c.get(2).ok().cloned()).ok_or_else(|| Fault::Key(super::format::repr(c.get(1).unwrap_or(&Value::None))))
+        found
+            .or_else(|| c.get(2).ok().cloned())
+            .ok_or_else(|| Fault::Key(super::format::repr(c.get(1).unwrap_or(&Value::None))))
     }),
     Row::new("update", "self other", |c| {
         let Value::Dict(other) = c.get(1)? else { return Err(c.problem("takes a dict")) };

@@ -8,7 +8,9 @@ use std::sync::LazyLock;
 
 use super::args::Row;
 use super::elementwise::Op;
-use super::{numpy_create, numpy_grid, numpy_join, numpy_linalg, numpy_logic, numpy_reduce, numpy_shape, numpy_sort};
+use super::{
+    numpy_create, numpy_grid, numpy_join, numpy_linalg, numpy_logic, numpy_reduce, numpy_shape, numpy_sort,
+};
 
 /// Functions that work on every element, and on every pair of elements.
 const ELEMENTWISE: &[Row] = &[

@@ -33,6 +33,10 @@ pub const ROWS: &[Row] = &[
     Row::new("diag", "v k?", diag),
     Row::new("tril", "m k?", |c| triangle(c, |row, column, k| column <= row + k)),
     Row::new("triu", "m k?", |c| triangle(c, |row, column, k| column >= row + k)),
+    Row::new("fromiter", "iter dtype?", array),
+    Row::new("ndarray", "*args", |_| {
+        Err(Fault::unsupported("making an ndarray by its class", "use np.array, np.zeros or np.empty"))
+    }),
     Row::new("finfo", "dtype", |c| Ok(Value::Dtype(convert::to_dtype(c.get(0)?)?))),
     Row::new("iinfo", "dtype", |c| Ok(Value::Dtype(convert::to_dtype(c.get(0)?)?))),
     Row::new("set_printoptions", "*args precision? suppress? threshold? linewidth?", |_| Ok(Value::None)),
@@ -100,7 +104,10 @@ pub fn counted(c: &super::limits::Budget, start: Scalar, stop: Scalar, step: Sca
         }
         let count = range_len(a, b, s);
         c.allocate(count)?;
-        return Ok(Array::ints((0..count as i64).map(|i| a.wrapping_add(i.wrapping_mul(s))).collect(), vec![count]));
+        return Ok(Array::ints(
+            (0..count as i64).map(|i| a.wrapping_add(i.wrapping_mul(s))).collect(),
+            vec![count],
+        ));
     }
     let (start, stop, step) = (start.float(), stop.float(), step.float());
     let count = ((stop - start) / step).ceil();
@@ -163,7 +170,8 @@ fn logspace(c: &Call) -> Result<Value, Fault> {
     let num = if c.opt(2).is_some() { c.count(2)? } else { 50 };
     c.eval.budget.allocate(num)?;
     let base = c.float_or(4, 10.0)?;
-    let all = spaced(c.float(0)?, c.float(1)?, num, c.flag(3, true)?).into_iter().map(|x| base.powf(x)).collect();
+    let all =
+        spaced(c.float(0)?, c.float(1)?, num, c.flag(3, true)?).into_iter().map(|x| base.powf(x)).collect();
     Ok(Value::Array(Array::floats(all, vec![num])))
 }
 

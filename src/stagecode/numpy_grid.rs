@@ -16,6 +16,7 @@ use super::value::{Indexer, Value};
 pub const ROWS: &[Row] = &[
     Row::new("meshgrid", "*xi indexing? sparse?", meshgrid),
     Row::new("indices", "dimensions", indices),
+    Row::new("ix_", "*args", ix),
     Row::new("broadcast_arrays", "*args", broadcast_arrays),
 ];
 
@@ -72,6 +73,13 @@ fn stacked(budget: &Budget, axes: &[Array]) -> Result<Value, Fault> {
     let grids = dense(budget, &open_grid(axes, &order)?, &shape)?;
     let raised: Vec<Array> = grids.iter().map(|g| g.insert_axis(0)).collect();
     numpy_join::join(budget, &raised, 0).map(Value::Array)
+}
+
+fn ix(c: &Call) -> Result<Value, Fault> {
+    let axes: Vec<Array> =
+        c.rest.iter().map(|v| convert::to_array(&c.eval.budget, v, None)).collect::<Result<_, _>>()?;
+    let order: Vec<usize> = (0..axes.len()).collect();
+    Ok(Value::tuple(open_grid(&axes, &order)?.into_iter().map(Value::Array).collect()))
 }
 
 fn broadcast_arrays(c: &Call) -> Result<Value, Fault> {

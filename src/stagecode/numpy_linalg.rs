@@ -197,11 +197,10 @@ fn eliminate(c: &Call, mut a: Vec<Vec<f64>>, mut b: Vec<Vec<f64>>) -> Result<(f6
         determinant *= if pivot == k { a[k][k] } else { -a[pivot][k] };
         a.swap(k, pivot);
         b.iter_mut().for_each(|side| side.swap(k, pivot));
+        let top = a[k].clone();
         for i in k + 1..n {
-            let factor = a[i][k] / a[k][k];
-            for j in k..n {
-                a[i][j] -= factor * a[k][j];
-            }
+            let factor = a[i][k] / top[k];
+            a[i].iter_mut().zip(&top).skip(k).for_each(|(x, t)| *x -= factor * t);
             b.iter_mut().for_each(|side| side[i] -= factor * side[k]);
         }
     }

@@ -42,9 +42,13 @@ pub const ROWS: &[Row] = &[
     Row::new("nonzero", "a", |c| Ok(Value::tuple(places(c)?.into_iter().map(Value::Array).collect()))),
     Row::new("flatnonzero", "a", flatnonzero),
     Row::new("argwhere", "a", argwhere),
-    Row::new("isscalar", "element", |c| Ok(Value::bool(matches!(c.get(0)?, Value::Number(_) | Value::Str(_))))),
+    Row::new("isscalar", "element", |c| {
+        Ok(Value::bool(matches!(c.get(0)?, Value::Number(_) | Value::Str(_))))
+    }),
     Row::new("interp", "x xp fp", interp),
-    Row::new("vectorize", "pyfunc", |c| Ok(Value::Method(std::rc::Rc::new((c.get(0)?.clone(), &VECTORIZED))))),
+    Row::new("vectorize", "pyfunc", |c| {
+        Ok(Value::Method(std::rc::Rc::new((c.get(0)?.clone(), &VECTORIZED))))
+    }),
     Row::back("apply_along_axis", "func1d axis arr", apply_along_axis),
 ];
 
@@ -67,7 +71,8 @@ fn choose(c: &Call) -> Result<Value, Fault> {
     c.eval.budget.allocate_shape(&shape)?;
     let (x, y) = (x.broadcast(&shape)?.to_scalars(), y.broadcast(&shape)?.to_scalars());
     let mask = condition.broadcast(&shape)?.to_bools();
-    let all: Vec<Scalar> = mask.into_iter().zip(x.into_iter().zip(y)).map(|(m, (x, y))| if m { x } else { y }).collect();
+    let all: Vec<Scalar> =
+        mask.into_iter().zip(x.into_iter().zip(y)).map(|(m, (x, y))| if m { x } else { y }).collect();
     Ok(Value::array(Array::from_scalars(&all, dtype, shape)))
 }
 
@@ -82,7 +87,8 @@ fn select(c: &Call) -> Result<Value, Fault> {
         let dtype = choice.dtype().promote(out.dtype());
         let (yes, no) = (choice.broadcast(&shape)?.to_scalars(), out.broadcast(&shape)?.to_scalars());
         let mask = mask.broadcast(&shape)?.to_bools();
-        let all: Vec<Scalar> = mask.iter().enumerate().map(|(i, &m)| if m { yes[i] } else { no[i] }).collect();
+        let all: Vec<Scalar> =
+            mask.iter().enumerate().map(|(i, &m)| if m { yes[i] } else { no[i] }).collect();
         out = Array::from_scalars(&all, dtype, shape);
     }
     Ok(Value::array(out))
@@ -146,7 +152,11 @@ fn round(c: &Call) -> Result<Value, Fault> {
     let decimals = c.int_or(1, 0)?.clamp(-300, 300) as i32;
     let scale = 10f64.powi(decimals.abs());
     let rounded = move |x: f64| {
-        if decimals >= 0 { (x * scale).round_ties_even() / scale } else { (x / scale).round_ties_even() * scale }
+        if decimals >= 0 {
+            (x * scale).round_ties_even() / scale
+        } else {
+            (x / scale).round_ties_even() * scale
+        }
     };
     keep_ints(&c.eval.budget, c.get(0)?, rounded)
 }

@@ -11,8 +11,12 @@ use super::value::Value;
 /// The rows of this area.
 pub const ROWS: &[Row] = &[
     Row::new("sum", "a axis? dtype? keepdims?", |c| total(c, (0, i64::wrapping_add), sum)),
-    Row::new("nansum", "a axis? dtype? keepdims?", |c| total(c, (0, i64::wrapping_add), |v| sum(&not_nan(v)))),
-    Row::new("prod", "a axis? dtype? keepdims?", |c| total(c, (1, i64::wrapping_mul), |v| v.iter().product())),
+    Row::new("nansum", "a axis? dtype? keepdims?", |c| {
+        total(c, (0, i64::wrapping_add), |v| sum(&not_nan(v)))
+    }),
+    Row::new("prod", "a axis? dtype? keepdims?", |c| {
+        total(c, (1, i64::wrapping_mul), |v| v.iter().product())
+    }),
     Row::new("mean", "a axis? dtype? keepdims?", |c| floats(c, 3, mean)),
     Row::new("nanmean", "a axis? dtype? keepdims?", |c| floats(c, 3, |v| mean(&not_nan(v)))),
     Row::new("average", "a axis? weights?", average),
@@ -23,9 +27,15 @@ pub const ROWS: &[Row] = &[
     Row::new("max", "a axis? keepdims?", |c| extreme(c, |a, b| a > b)),
     Row::new("amin", "a axis? keepdims?", |c| extreme(c, |a, b| a < b)),
     Row::new("amax", "a axis? keepdims?", |c| extreme(c, |a, b| a > b)),
-    Row::new("nanmin", "a axis? keepdims?", |c| floats(c, 2, |v| not_nan(v).into_iter().fold(f64::NAN, f64::min))),
-    Row::new("nanmax", "a axis? keepdims?", |c| floats(c, 2, |v| not_nan(v).into_iter().fold(f64::NAN, f64::max))),
-    Row::new("ptp", "a axis? keepdims?", |c| floats(c, 2, |v| extreme_of(v, |a, b| a > b) - extreme_of(v, |a, b| a < b))),
+    Row::new("nanmin", "a axis? keepdims?", |c| {
+        floats(c, 2, |v| not_nan(v).into_iter().fold(f64::NAN, f64::min))
+    }),
+    Row::new("nanmax", "a axis? keepdims?", |c| {
+        floats(c, 2, |v| not_nan(v).into_iter().fold(f64::NAN, f64::max))
+    }),
+    Row::new("ptp", "a axis? keepdims?", |c| {
+        floats(c, 2, |v| extreme_of(v, |a, b| a > b) - extreme_of(v, |a, b| a < b))
+    }),
     Row::new("argmin", "a axis? keepdims?", |c| place(c, |a, b| a < b)),
     Row::new("argmax", "a axis? keepdims?", |c| place(c, |a, b| a > b)),
     Row::new("any", "a axis? keepdims?", |c| flags(c, |v| v.iter().any(|&x| x != 0.0))),
@@ -179,7 +189,8 @@ fn extreme_of(lane: &[f64], beats: fn(f64, f64) -> bool) -> f64 {
 }
 
 fn place_of(lane: &[f64], beats: fn(f64, f64) -> bool) -> usize {
-    let better = |best: usize, i: usize| !lane[best].is_nan() && (beats(lane[i], lane[best]) || lane[i].is_nan());
+    let better =
+        |best: usize, i: usize| !lane[best].is_nan() && (beats(lane[i], lane[best]) || lane[i].is_nan());
     (0..lane.len()).fold(0, |best, i| if better(best, i) { i } else { best })
 }
 

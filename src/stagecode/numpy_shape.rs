@@ -96,7 +96,9 @@ fn transpose(c: &Call) -> Result<Value, Fault> {
     axes.extend(c.rest.iter().cloned());
     let order: Vec<usize> = axes
         .iter()
-        .map(|v| v.as_int().ok_or_else(|| c.problem("axes are integers")).and_then(|i| normalize_axis(i, a.ndim())))
+        .map(|v| {
+            v.as_int().ok_or_else(|| c.problem("axes are integers")).and_then(|i| normalize_axis(i, a.ndim()))
+        })
         .collect::<Result<_, _>>()?;
     let mut sorted = order.clone();
     sorted.sort_unstable();

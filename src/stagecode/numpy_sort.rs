@@ -125,7 +125,9 @@ fn unique(c: &Call) -> Result<Value, Fault> {
     let values = first.iter().flat_map(|&i| row(i).to_vec()).collect();
     let shape = shape.map_or(vec![n], |width| vec![n, width]);
     let mut out = vec![Value::Array(Array::floats_as(values, a.dtype(), shape))];
-    let ints = |v: Vec<i64>| Value::Array(Array::new(super::array::Buffer::Int(v.clone()), Dtype::Int, vec![v.len()]));
+    let ints = |v: Vec<i64>| {
+        Value::Array(Array::new(super::array::Buffer::Int(v.clone()), Dtype::Int, vec![v.len()]))
+    };
     if c.flag(1, false)? {
         out.push(ints(first.iter().map(|&i| i as i64).collect()));
     }

@@ -101,7 +101,9 @@ fn floats(op: Operator, x: f64, y: f64) -> Result<Value, Fault> {
         O::FloorDiv => elementwise::floor_divide(x, y),
         O::Mod => elementwise::remainder(x, y),
         O::Pow if x < 0.0 && y.fract() != 0.0 && y.is_finite() => {
-            return Err(Fault::value("a negative number to a fractional power is complex; use np.cbrt or abs"));
+            return Err(Fault::value(
+                "a negative number to a fractional power is complex; use np.cbrt or abs",
+            ));
         }
         O::Pow => x.powf(y),
         _ => return Err(Fault::kind(format!("`{}` does not work on floats", op.as_str()))),
@@ -258,7 +260,9 @@ pub fn equal(budget: &Budget, a: &Value, b: &Value, depth: usize) -> Result<bool
         return Err(Fault::limit("levels of nested lists", MAX_COMPARE_DEPTH as u64));
     }
     match (a, b) {
-        (Value::Number(Scalar::Float(_)), Value::Number(y)) => Ok(a.as_scalar().map(Scalar::float) == Some(y.float())),
+        (Value::Number(Scalar::Float(_)), Value::Number(y)) => {
+            Ok(a.as_scalar().map(Scalar::float) == Some(y.float()))
+        }
         (Value::Number(x), Value::Number(Scalar::Float(y))) => Ok(x.float() == *y),
         (Value::Number(x), Value::Number(y)) => Ok(x.int() == y.int()),
         (Value::List(x), Value::List(y)) | (Value::Tuple(x), Value::Tuple(y)) => {
@@ -278,11 +282,19 @@ pub fn equal(budget: &Budget, a: &Value, b: &Value, depth: usize) -> Result<bool
         }
         (Value::Dict(x), Value::Dict(y)) => {
             let (x, y) = (x.0.borrow().entries().to_vec(), y.0.borrow().entries().to_vec());
-            let list = |d: Vec<(Value, Value)>| Value::list(d.into_iter().flat_map(|(k, v)| [k, v]).collect());
+            let list =
+                |d: Vec<(Value, Value)>| Value::list(d.into_iter().flat_map(|(k, v)| [k, v]).collect());
             equal(budget, &list(x), &list(y), depth + 1)
         }
         (Value::Array(x), _) | (_, Value::Array(x)) if x.size() == 1 => {
             Ok(a.as_scalar().zip(b.as_scalar()).is_some_and(|(p, q)| p.float() == q.float()))
+        }
+        // `a.dtype == float`
+        (Value::Dtype(x), Value::Builtin(_) | Value::Str(_)) => {
+            Ok(super::convert::to_dtype(b).ok() == Some(*x))
+        }
+        (Value::Builtin(_) | Value::Str(_), Value::Dtype(y)) => {
+            Ok(super::convert::to_dtype(a).ok() == Some(*y))
         }
         (Value::Array(_), Value::Array(_)) => {
             elementwise::binary_values(budget, Op::Equal, a, b).and_then(|v| v.truth())
@@ -299,14 +311,18 @@ pub fn order(budget: &Budget, a: &Value, b: &Value) -> Result<Option<Ordering>, 
         (Value::List(x), Value::List(y)) | (Value::Tuple(x), Value::Tuple(y)) => {
             let (x, y) = (x.0.borrow().clone(), y.0.borrow().clone());
             budget.enter()?;
-            let first = x.iter().zip(&y).map(|(p, q)| order(budget, p, q)).find(|o| {
-                !matches!(o, Ok(Some(Ordering::Equal)))
-            });
+            let first = x
+                .iter()
+                .zip(&y)
+                .map(|(p, q)| order(budget, p, q))
+                .find(|o| !matches!(o, Ok(Some(Ordering::Equal))));
             budget.leave();
             first.unwrap_or_else(|| Ok(Some(x.len().cmp(&y.len()))))
         }
         _ => match (a.as_scalar(), b.as_scalar()) {
-            (Some(Scalar::Float(_)), Some(y)) => Ok(a.as_scalar().and_then(|x| x.float().partial_cmp(&y.float()))),
+            (Some(Scalar::Float(_)), Some(y)) => {
+                Ok(a.as_scalar().and_then(|x| x.float().partial_cmp(&y.float())))
+            }
             (Some(x), Some(Scalar::Float(y))) => Ok(x.float().partial_cmp(&y)),
             (Some(x), Some(y)) => Ok(Some(x.int().cmp(&y.int()))),
             _ => Err(Fault::kind(format!("{} and {} have no order", a.type_name(), b.type_name()))),

@@ -58,7 +58,8 @@ const PCG_MULTIPLIER: u128 = 0x2360_ed05_1fc6_5da4_4385_df64_9fcc_f645;
 impl Random {
     /// `np.random.default_rng(seed)`.
     pub fn pcg64(seed: u64) -> Self {
-        let entropy = if seed >> 32 == 0 { vec![seed as u32] } else { vec![seed as u32, (seed >> 32) as u32] };
+        let entropy =
+            if seed >> 32 == 0 { vec![seed as u32] } else { vec![seed as u32, (seed >> 32) as u32] };
         let words = seed_sequence(&entropy, 8);
         let word = |i: usize| u128::from(words[2 * i]) | u128::from(words[2 * i + 1]) << 32;
         let (start, stream) = (word(0) << 64 | word(1), word(2) << 64 | word(3));
@@ -137,7 +138,7 @@ impl Random {
     }
 
     fn ziggurat(&mut self) -> f64 {
-        const R: f64 = 3.654_152_885_361_008_8;
+        const R: f64 = 3.654_152_885_361_009;
         const INVERSE_R: f64 = 0.273_661_237_329_758_3;
         loop {
             let draw = self.next_u64();

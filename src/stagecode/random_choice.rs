@@ -101,7 +101,12 @@ fn distinct(random: &mut Random, n: usize, count: usize, shuffle: bool) -> Vec<u
 }
 
 /// Different places with probabilities: draws in rounds, leaving out what is taken.
-fn distinct_by_share(c: &Call, random: &mut Random, mut p: Vec<f64>, count: usize) -> Result<Vec<usize>, Fault> {
+fn distinct_by_share(
+    c: &Call,
+    random: &mut Random,
+    mut p: Vec<f64>,
+    count: usize,
+) -> Result<Vec<usize>, Fault> {
     if p.iter().filter(|x| **x > 0.0).count() < count {
         return Err(c.problem("has fewer probabilities above zero than it is to pick"));
     }

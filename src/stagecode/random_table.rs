@@ -46,7 +46,9 @@ const COMMON: &[Row] = &[
     Row::new("lognormal", "self mean? sigma? size?", |c| {
         draw(c, [(1, 0.0), (2, 1.0)], 3, |r, [middle, width]| (middle + width * r.normal()).exp())
     }),
-    Row::new("exponential", "self scale? size?", |c| draw(c, [(1, 1.0)], 2, |r, [scale]| scale * r.exponential())),
+    Row::new("exponential", "self scale? size?", |c| {
+        draw(c, [(1, 1.0)], 2, |r, [scale]| scale * r.exponential())
+    }),
     Row::new("standard_normal", "self size? dtype?", |c| fill(c, 1, Random::normal)),
     Row::new("triangular", "self left mode right size?", |c| {
         draw(c, [(1, 0.0), (2, 0.0), (3, 0.0)], 4, |r, sides| triangular(r.uniform(), sides))
@@ -140,7 +142,11 @@ fn draw<const N: usize>(
     let mut columns = Vec::with_capacity(N);
     for array in &arrays {
         // One number serves all draws; it is not stretched in memory.
-        columns.push(if array.size() == 1 { array.to_floats() } else { array.broadcast(&shape)?.to_floats() });
+        columns.push(if array.size() == 1 {
+            array.to_floats()
+        } else {
+            array.broadcast(&shape)?.to_floats()
+        });
     }
     let mut random = generator(c)?.borrow_mut();
     let all = (0..count)
@@ -189,7 +195,9 @@ fn permutation(c: &Call) -> Result<Value, Fault> {
     let mut at: Vec<usize> = (0..n).collect();
     generator(c)?.borrow_mut().shuffle(&mut at);
     match c.get(1)? {
-        Value::Number(_) => Ok(Value::Array(Array::ints(at.into_iter().map(|i| i as i64).collect(), vec![n]))),
+        Value::Number(_) => {
+            Ok(Value::Array(Array::ints(at.into_iter().map(|i| i as i64).collect(), vec![n])))
+        }
         _ => rows(c, &c.array(1)?, at),
     }
 }

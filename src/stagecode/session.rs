@@ -72,7 +72,8 @@ impl Session {
         match self.eval.block(&statements, &self.eval.globals) {
             Ok(Flow::Next) => Ok(()),
             Ok(_) => {
-                let fault = super::Fault::Syntax("break, continue and return belong in loops and functions".into());
+                let fault =
+                    super::Fault::Syntax("break, continue and return belong in loops and functions".into());
                 Err(CodeError { line: first_line, column: indent + 1, fault })
             }
             Err(raised) => {
@@ -108,7 +109,8 @@ impl Session {
     pub fn clouds(&self) -> Vec<String> {
         let variables = self.eval.globals.variables.borrow();
         let cloud = |v: &Value| matches!(v, Value::Array(a) if a.ndim() == 2 && a.shape()[1] == 3 && a.dtype() != Dtype::Bool);
-        let mut names: Vec<String> = variables.iter().filter(|(_, v)| cloud(v)).map(|(k, _)| k.clone()).collect();
+        let mut names: Vec<String> =
+            variables.iter().filter(|(_, v)| cloud(v)).map(|(k, _)| k.clone()).collect();
         names.sort_unstable();
         names
     }

@@ -50,9 +50,9 @@ impl Source {
             return Err(self.error(fault, TextSize::new(0)));
         }
         self.check_nesting()?;
-        parse_module(&self.text).map(Parsed::<ModModule>::into_suite).map_err(|error| {
-            self.error(Fault::Syntax(error.error.to_string()), error.location.start())
-        })
+        parse_module(&self.text)
+            .map(Parsed::<ModModule>::into_suite)
+            .map_err(|error| self.error(Fault::Syntax(error.error.to_string()), error.location.start()))
     }
 
     /// Refuses text whose tree would be deep enough to exhaust the stack of a recursive walk. The depth of

@@ -271,7 +271,8 @@ impl Value {
 
 /// Number of steps of a range.
 pub fn range_len(start: i64, stop: i64, step: i64) -> usize {
-    let span = if step > 0 { i128::from(stop) - i128::from(start) } else { i128::from(start) - i128::from(stop) };
+    let span =
+        if step > 0 { i128::from(stop) - i128::from(start) } else { i128::from(start) - i128::from(stop) };
     let stride = i128::from(step).abs().max(1);
     usize::try_from((span.max(0) + stride - 1) / stride).unwrap_or(usize::MAX)
 }

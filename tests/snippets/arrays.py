@@ -11,6 +11,7 @@ assert eq(a[::-1, ::2], [[8, 10], [4, 6], [0, 2]]) and a[..., 0].shape == (3,) a
 assert a[np.newaxis].shape == (1, 3, 4) and a.T.shape == (4, 3) and eq(a[a % 2 == 0], [0, 2, 4, 6, 8, 10])
 assert eq(a[[0, 2]], a[::2]) and eq(a[[0, 1], [1, 2]], [1, 6]) and eq(a[:, [3, 0]], [[3, 0], [7, 4], [11, 8]])
 assert eq(a[np.array([True, False, True])], a[::2]) and a[a > 100].shape == (0,) and a[1:1].shape == (0, 4)
+assert eq(a[np.ix_([0, 2], [1])], [[1], [9]]) and isinstance(a, np.ndarray)
 b = a.copy()
 column = b[:, 1]
 column += 100
@@ -107,3 +108,36 @@ assert np.vectorize(lambda v: v * 2)(np.arange(3)).tolist() == [0, 2, 4] and poi
 pieces = {f"piece{i}": points + np.array([i, 0, 0]) for i in range(2)}
 piece0, piece1 = pieces.values()
 assert piece1[0, 0] == 1.0
+
+# what models write
+theta, phi = np.meshgrid(np.linspace(0, 2 * np.pi, 8, endpoint=False), np.linspace(0, np.pi, 5))
+sphere = np.stack([np.sin(phi) * np.cos(theta), np.cos(phi), np.sin(phi) * np.sin(theta)], axis=-1).reshape(-1, 3)
+assert sphere.shape == (40, 3) and np.allclose(np.linalg.norm(sphere, axis=1), 1)
+grid = np.array([[x, y, z] for x in np.arange(-1, 1.01, 0.5) for y in (0, 1) for z in range(2)])
+inside = grid[np.linalg.norm(grid, axis=1) <= 1.0]
+assert grid.shape == (20, 3) and inside.shape == (7, 3) and (inside ** 2).sum(axis=1).max() <= 1.0
+x, y, z = grid.T
+assert eq(x, grid[:, 0]) and len(z) == 20
+lower, upper = grid.min(axis=0), grid.max(axis=0)
+assert eq(upper - lower, [2, 1, 1]) and ((grid >= lower) & (grid <= upper)).all()
+half = grid[(grid[:, 0] < 0) & ~(grid[:, 1] > 0.5)]
+half[:, 0] += -0.5
+assert half.shape == (4, 3) and half[:, 0].max() == -1.0 and grid[0, 0] == -1.0
+angles = np.arange(6) * (2 * np.pi / 6)
+ring = np.column_stack((np.cos(angles), np.zeros_like(angles), np.sin(angles)))
+assert np.allclose(ring.mean(axis=0), 0) and np.vstack((ring, -ring))[6:].shape == (6, 3)
+rows = []
+while len(rows) < 5:
+    q = [len(rows), 0, 1]
+    if q[0] % 2 == 0 or len(rows) > 0:
+        rows.append(q)
+assert np.asarray(rows, dtype=float).shape == (5, 3) and np.array(rows)[:, 0].tolist() == [0, 1, 2, 3, 4]
+r2 = np.sqrt(np.sum(np.square(ring[:, [0, 2]]), axis=1, keepdims=True))
+assert r2.shape == (6, 1) and np.allclose(ring / r2, ring) and np.isclose(np.hypot(*ring[1, [0, 2]]), 1.0)
+k = np.arange(4)[:, None]
+assert ((0.5 + k * np.array([0.8, 0.6, 0.5])) % 1.0).shape == (4, 3) and (k / 4).max() == 0.75 and k.shape[0] == 4
+counts = np.zeros(3, dtype=int)
+for i in [0, 2, 2]:
+    counts[i] += 1
+assert counts.tolist() == [1, 0, 2] and np.repeat(np.eye(3)[None], 2, axis=0).shape == (2, 3, 3)
+assert np.where(ring[:, 0] > 0, ring[:, 0], -ring[:, 0]).min() > 0.49 and float(ring[0, 0]) == 1.0 and ring[0].tolist()[1] == 0.0
