@@ -123,6 +123,9 @@ fn every_limit_stops_the_program() {
         "x = np.tile([1, 2], 1000)",
         "x = np.random.rand(10, 10, 11)",
         "x = np.mgrid[0:40, 0:40]",
+        "x = np.zeros((2**60, 0))",
+        "x = np.zeros((0, 3)).reshape(2**60, 0)",
+        "x = np.linspace([], [], 2**60)",
     ] {
         limited(code, &small, "elements in one array or list");
     }

@@ -94,11 +94,12 @@ impl Budget {
         self.charge(count)
     }
 
-    /// The number of elements of an array of this shape, charged.
+    /// The number of elements of an array of this shape, charged. An axis of length zero does not make the
+    /// others free: loops run over them all the same.
     pub fn allocate_shape(&self, shape: &[usize]) -> Result<usize, Fault> {
-        let count = shape.iter().try_fold(1usize, |n, &d| n.checked_mul(d)).unwrap_or(usize::MAX);
-        self.allocate(count)?;
-        Ok(count)
+        let bound = shape.iter().try_fold(1usize, |n, &d| n.checked_mul(d.max(1))).unwrap_or(usize::MAX);
+        self.allocate(bound)?;
+        Ok(shape.iter().product())
     }
 
     /// Charges a string of `bytes` that is about to be made.

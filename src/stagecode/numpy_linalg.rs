@@ -134,7 +134,7 @@ fn trace(c: &Call) -> Result<Value, Fault> {
 
 fn norm(c: &Call) -> Result<Value, Fault> {
     let a = c.array(0)?;
-    c.eval.budget.allocate(a.size())?;
+    c.eval.budget.allocate_shape(a.shape())?;
     let kind = match c.opt(1) {
         None => 2.0,
         Some(Value::Str(s)) if &**s == "fro" => 2.0,

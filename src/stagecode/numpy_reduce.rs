@@ -67,7 +67,7 @@ impl Lanes {
     /// Lanes along the axis argument at `axis`; `keepdims` is the argument that keeps them as ones.
     fn of(c: &Call, axis: usize, keepdims: Option<usize>) -> Result<Self, Fault> {
         let a = c.array(0)?;
-        c.eval.budget.allocate(a.size())?;
+        c.eval.budget.allocate_shape(a.shape())?;
         let axes = match c.opt(axis) {
             None => (0..a.ndim()).collect(),
             Some(Value::Tuple(_) | Value::List(_)) => {

@@ -54,6 +54,7 @@ fn resolve(c: &Call, lengths: &[Value], size: usize) -> Result<Vec<usize>, Fault
         let wanted = super::array::show(&shape);
         return Err(Fault::value(format!("an array of {size} elements cannot have the shape {wanted}")));
     }
+    c.eval.budget.allocate_shape(&shape)?;
     convert::check_dimensions(shape)
 }
 
