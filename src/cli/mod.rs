@@ -10,6 +10,7 @@ mod plan;
 mod progress;
 mod record;
 mod simulate;
+mod subgoals;
 mod tasks;
 mod view;
 
@@ -33,6 +34,8 @@ enum Command {
     Plan(plan::PlanArgs),
     Bench(bench::BenchArgs),
     Check(check::CheckArgs),
+    /// Parse a language model's answer, run its code, write its stages and clouds
+    Subgoals(subgoals::Subgoals),
 }
 
 /// Runs the program; the whole of `main`.
@@ -45,6 +48,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Check(args) => check::run(args).map(|()| ExitCode::SUCCESS),
+        Command::Subgoals(flags) => subgoals::run(&flags),
     };
     match outcome {
         Ok(code) => code,

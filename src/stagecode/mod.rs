@@ -1,1 +1,61 @@
-//! Placeholder until the module lands.
+//! The evaluator for the Python and numpy that language models write.
+//!
+//! Source text comes in, block after block into one namespace; arrays of that namespace go out, or a
+//! [`CodeError`] with line, column and a way out. The syntax tree is `ruff`'s, everything that runs is
+//! here: no file, no network, no import but numpy and math, and nothing beyond the [`Limits`]. Imports
+//! nothing of donut.
+//!
+//! | looking for | open |
+//! |---|---|
+//! | what may be used up | `limits.rs` |
+//! | statements, expressions, calls | `eval.rs`, `expr.rs`, `assign.rs`, `calls.rs` |
+//! | arrays and their indexing | `array.rs`, `array_index.rs`, `elementwise.rs` |
+//! | the table of numpy functions | `numpy.rs` and `numpy_*.rs` |
+//! | random numbers | `random.rs`, `random_table.rs` |
+//! | names without an import, methods | `builtins.rs`, `methods.rs` |
+
+mod args;
+mod array;
+mod array_index;
+mod assign;
+mod attribute;
+mod builtins;
+mod calls;
+mod convert;
+mod dict;
+mod einsum;
+mod elementwise;
+mod error;
+mod eval;
+mod exceptions;
+mod expr;
+mod format;
+mod imports;
+mod index;
+mod iterate;
+mod limits;
+mod math_module;
+mod methods;
+mod methods_dict;
+mod nearest;
+mod numpy;
+mod numpy_create;
+mod numpy_grid;
+mod numpy_join;
+mod numpy_linalg;
+mod numpy_logic;
+mod numpy_reduce;
+mod numpy_shape;
+mod numpy_sort;
+mod operators;
+mod random;
+mod random_choice;
+mod random_table;
+mod session;
+mod source;
+mod value;
+mod ziggurat_tables;
+
+pub use error::{CodeError, Fault};
+pub use limits::Limits;
+pub use session::{Captured, Session, evaluate};

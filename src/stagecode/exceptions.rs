@@ -1,0 +1,76 @@
+//! `try`, `except` and `finally`, and which clause catches what.
+//!
+//! A statement comes in, runs, and ends in a flow or in the fault that no clause caught. A used-up limit
+//! is caught by nothing. Imports the evaluator and faults.
+
+use std::rc::Rc;
+
+use ruff_python_ast::{ExceptHandler, Expr, StmtTry};
+
+use super::error::Raised;
+use super::eval::{Evaluator, Flow, Scope};
+use super::value::Value;
+
+/// The names of exceptions that code may catch or raise.
+pub const EXCEPTIONS: &[&str] = &[
+    "Exception",
+    "BaseException",
+    "ValueError",
+    "TypeError",
+    "IndexError",
+    "KeyError",
+    "NameError",
+    "AttributeError",
+    "ZeroDivisionError",
+    "ArithmeticError",
+    "LookupError",
+    "RuntimeError",
+    "NotImplementedError",
+    "AssertionError",
+    "StopIteration",
+];
+
+/// Runs a `try` statement.
+pub(super) fn try_statement(eval: &Evaluator, s: &StmtTry, scope: &Rc<Scope>) -> Result<Flow, Raised> {
+    let outcome = match eval.block(&s.body, scope) {
+        Ok(Flow::Next) => eval.block(&s.orelse, scope),
+        Ok(flow) => Ok(flow),
+        Err(raised) => handle(eval, s, raised, scope),
+    };
+    if matches!(&outcome, Err(e) if e.fault.exception().is_none()) {
+        return outcome;
+    }
+    match eval.block(&s.finalbody, scope)? {
+        Flow::Next => outcome,
+        flow => Ok(flow),
+    }
+}
+
+fn handle(eval: &Evaluator, s: &StmtTry, raised: Raised, scope: &Rc<Scope>) -> Result<Flow, Raised> {
+    let Some(name) = raised.fault.exception().map(str::to_owned) else { return Err(raised) };
+    for ExceptHandler::ExceptHandler(handler) in &s.handlers {
+        if !handler.type_.as_deref().is_none_or(|wanted| catches(wanted, &name)) {
+            continue;
+        }
+        if let Some(variable) = &handler.name {
+            let message = raised.fault.to_string();
+            scope.set(variable, Value::Exception(Rc::new((name.clone(), message))));
+        }
+        return eval.block(&handler.body, scope);
+    }
+    Err(raised)
+}
+
+/// Whether the clause `except wanted` catches an exception of this name.
+fn catches(wanted: &Expr, name: &str) -> bool {
+    match wanted {
+        Expr::Tuple(all) => all.elts.iter().any(|one| catches(one, name)),
+        Expr::Name(one) => match one.id.as_str() {
+            "Exception" | "BaseException" => true,
+            "ArithmeticError" => name == "ZeroDivisionError",
+            "LookupError" => matches!(name, "IndexError" | "KeyError"),
+            other => other == name,
+        },
+        _ => false,
+    }
+}

@@ -1,0 +1,212 @@
+//! Methods of values: arrays, lists, text, random generators.
+//!
+//! A value comes in, the rows of its methods go out; each takes the value as its first argument. Most
+//! methods of arrays are the numpy functions of the same name. Imports the tables, arguments, faults.
+
+use super::args::{Call, Row};
+use super::array::Dtype;
+use super::error::Fault;
+use super::value::Value;
+use super::{builtins, convert, methods_dict, numpy, operators, random_table};
+
+/// numpy functions that are methods of arrays too.
+const SHARED: &[&str] = &[
+    "sum",
+    "prod",
+    "mean",
+    "std",
+    "var",
+    "min",
+    "max",
+    "argmin",
+    "argmax",
+    "any",
+    "all",
+    "ptp",
+    "cumsum",
+    "cumprod",
+    "reshape",
+    "ravel",
+    "flatten",
+    "transpose",
+    "swapaxes",
+    "squeeze",
+    "repeat",
+    "clip",
+    "round",
+    "argsort",
+    "dot",
+    "nonzero",
+    "copy",
+    "trace",
+    "searchsorted",
+];
+
+/// Methods that only arrays (and numbers taken from them) have.
+const ARRAY: &[Row] = &[
+    Row::new("astype", "self dtype copy?", |c| {
+        let a = c.array(0)?;
+        c.eval.budget.allocate(a.size())?;
+        Ok(Value::array(a.cast(c.dtype(1)?.unwrap_or(Dtype::F64))))
+    }),
+    Row::new("tolist", "self", |c| convert::to_list(&c.eval.budget, &c.array(0)?)),
+    Row::new("item", "self", builtins::item),
+    Row::new("fill", "self value", |c| {
+        let Value::Array(a) = c.get(0)? else { return Err(c.problem("takes an array")) };
+        c.eval.budget.charge(a.size())?;
+        a.assign(&c.array(1)?).map(|()| Value::None)
+    }),
+    Row::new("sort", "self axis?", |c| {
+        let Value::Array(a) = c.get(0)? else { return Err(c.problem("takes an array")) };
+        let sorted = super::numpy_sort::sorted(c, a, 1)?;
+        a.assign(&sorted).map(|()| Value::None)
+    }),
+    Row::new("is_integer", "self", |c| Ok(Value::bool(c.float(0)?.fract() == 0.0))),
+];
+
+const LIST: &[Row] = &[
+    Row::new("append", "self item", |c| {
+        let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };
+        c.eval.budget.charge(1)?;
+        if items.0.borrow().len() >= c.eval.budget.limits().elements {
+            c.eval.budget.allocate(usize::MAX)?;
+        }
+        items.0.borrow_mut().push(c.get(1)?.clone());
+        Ok(Value::None)
+    }),
+    Row::new("extend", "self items", |c| {
+        let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };
+        let more = c.sequence(1)?;
+        c.eval.budget.allocate(items.0.borrow().len().saturating_add(more.len()))?;
+        items.0.borrow_mut().extend(more);
+        Ok(Value::None)
+    }),
+    Row::new("insert", "self at item", |c| {
+        let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };
+        let n = items.0.borrow().len() as i64;
+        c.eval.budget.allocate(n as usize + 1)?;
+        let at = c.int(1)?;
+        let at = if at < 0 { at.saturating_add(n) } else { at }.clamp(0, n);
+        items.0.borrow_mut().insert(at as usize, c.get(2)?.clone());
+        Ok(Value::None)
+    }),
+    Row::new("pop", "self at?", |c| {
+        let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };
+        let at = super::index::position(&Value::int(c.int_or(1, -1)?), items.0.borrow().len(), "list")?;
+        let item = items.0.borrow_mut().remove(at);
+        Ok(item)
+    }),
+    Row::new("clear", "self", |c| {
+        let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };
+        let old = std::mem::take(&mut *items.0.borrow_mut());
+        drop(old);
+        Ok(Value::None)
+    }),
+    Row::new("reverse", "self", |c| {
+        let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };
+        c.eval.budget.charge(items.0.borrow().len())?;
+        items.0.borrow_mut().reverse();
+        Ok(Value::None)
+    }),
+    Row::back("sort", "self key? reverse?", |c| {
+        let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list").into()) };
+        let sorted = builtins::sort(c, c.sequence(0)?, 1, 2)?;
+        let old = std::mem::replace(&mut *items.0.borrow_mut(), sorted);
+        drop(old);
+        Ok(Value::None)
+    }),
+    Row::new("copy", "self", |c| Ok(Value::list(c.sequence(0)?))),
+];
+
+/// Methods of lists and tuples.
+const SEQUENCE: &[Row] = &[
+    Row::new("index", "self item", |c| {
+        for (at, item) in c.sequence(0)?.iter().enumerate() {
+            if operators::equal(&c.eval.budget, item, c.get(1)?, 0)? {
+                return Ok(Value::count(at));
+            }
+        }
+        Err(Fault::value("the item is not in the list"))
+    }),
+    Row::new("count", "self item", |c| {
+        let mut count = 0;
+        for item in c.sequence(0)? {
+            count += usize::from(operators::equal(&c.eval.budget, &item, c.get(1)?, 0)?);
+        }
+        Ok(Value::count(count))
+    }),
+];
+
+const TEXT: &[Row] = &[
+    Row::new("upper", "self", |c| text(c, |s| s.to_uppercase())),
+    Row::new("lower", "self", |c| text(c, |s| s.to_lowercase())),
+    Row::new("strip", "self", |c| text(c, |s| s.trim().to_owned())),
+    Row::new("title", "self", |c| text(c, |s| s.to_owned())),
+    Row::new("replace", "self old new", |c| {
+        let (s, old, new) = (c.text(0)?, c.text(1)?, c.text(2)?);
+        c.eval.budget.text(s.len().saturating_add((s.len() + 1).saturating_mul(new.len())))?;
+        Ok(Value::str(s.replace(old, new)))
+    }),
+    Row::new("split", "self sep?", |c| {
+        let s = c.text(0)?;
+        c.eval.budget.allocate(s.len())?;
+        let parts = match c.opt(1) {
+            Some(_) if c.text(1)?.is_empty() => return Err(c.problem("the separator must not be empty")),
+            Some(_) => s.split(c.text(1)?).map(Value::str).collect(),
+            None => s.split_whitespace().map(Value::str).collect(),
+        };
+        Ok(Value::list(parts))
+    }),
+    Row::new("join", "self items", |c| {
+        let mut out = String::new();
+        for (at, item) in c.sequence(1)?.iter().enumerate() {
+            let Value::Str(part) = item else { return Err(c.problem("takes a list of text")) };
+            c.eval.budget.text(out.len() + c.text(0)?.len() + part.len())?;
+            out.push_str(if at > 0 { c.text(0)? } else { "" });
+            out.push_str(part);
+        }
+        Ok(Value::str(out))
+    }),
+    Row::new("startswith", "self prefix", |c| Ok(Value::bool(c.text(0)?.starts_with(c.text(1)?)))),
+    Row::new("endswith", "self suffix", |c| Ok(Value::bool(c.text(0)?.ends_with(c.text(1)?)))),
+    Row::new("format", "self *values", |_| {
+        Err(Fault::unsupported("str.format", "use an f-string: f\"{value:.3f}\""))
+    }),
+];
+
+fn text(c: &Call, f: fn(&str) -> String) -> Result<Value, Fault> {
+    let s = c.text(0)?;
+    c.eval.budget.text(s.len().saturating_mul(2))?;
+    Ok(Value::str(f(s)))
+}
+
+/// The rows of a value's methods.
+pub fn of(owner: &Value) -> impl Iterator<Item = &'static Row> + Clone {
+    let (own, more): (&'static [Row], &'static [Row]) = match owner {
+        Value::Array(_) | Value::Number(_) => (ARRAY, &[]),
+        Value::List(_) => (LIST, SEQUENCE),
+        Value::Tuple(_) => (&[], SEQUENCE),
+        Value::Str(_) => (TEXT, &[]),
+        Value::Dict(_) => (methods_dict::DICT, &[]),
+        Value::Set(_) => (methods_dict::SET, &[]),
+        _ => (&[], &[]),
+    };
+    let shared: &'static [&'static str] = if own.as_ptr() == ARRAY.as_ptr() { SHARED } else { &[] };
+    let random = if let Value::Random(r) = owner { Some(r.borrow().is_legacy()) } else { None };
+    own.iter()
+        .chain(more)
+        .chain(shared.iter().filter_map(|name| numpy::named(name)))
+        .chain(random.into_iter().flat_map(random_table::methods))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shared_method_is_a_numpy_function() {
+        for name in SHARED {
+            assert!(numpy::named(name).is_some(), "{name}");
+        }
+    }
+}
