@@ -354,7 +354,7 @@ impl<T: Real> Simulator<T> {
                     total.add(start);
                 }
             }
-            if epoch.first % substeps == 0 {
+            if epoch.first.is_multiple_of(substeps) {
                 add_seed(seeds.get(epoch.first / substeps), &epoch.ids, &mut adj, &mut poses_adj);
             }
             permute_adj(&epoch.from_slot, &adj, &mut before);
