@@ -4,6 +4,9 @@
 //! ran to its end without reaching the target's threshold, 2 an error. Results go to standard
 //! output, progress and errors to standard error.
 
+mod emd;
+mod npy;
+
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -17,12 +20,16 @@ struct Cli {
 }
 
 #[derive(Subcommand)]
-enum Command {}
+enum Command {
+    Emd(emd::Args),
+}
 
 /// Runs the program; the whole of `main`.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    let outcome: anyhow::Result<ExitCode> = match cli.command {};
+    let outcome: anyhow::Result<ExitCode> = match cli.command {
+        Command::Emd(args) => emd::run(&args),
+    };
     match outcome {
         Ok(code) => code,
         Err(error) => {

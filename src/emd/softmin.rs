@@ -212,3 +212,64 @@ impl<T: Real, C: Cost<T>> Visitor<T> for PullSums<'_, T, C> {
         limit
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::emd::cost::{ClampedDistance, HalfSquare};
+    use crate::emd::packed::compact_order;
+    use crate::math::cloud::Point;
+    use crate::math::rng;
+
+    fn cloud(n: usize, seed: u64) -> Vec<Point> {
+        let mut rng = rng::seeded(seed, "softmin");
+        (0..n).map(|_| std::array::from_fn(|_| 0.5 * rng::uniform(&mut rng))).collect()
+    }
+
+    /// The gradient of every row's soft minimum against central differences, and the soft minimum
+    /// against its definition summed up plainly.
+    fn check(cost: impl Cost<f64>, eps: f64) {
+        let (x, y) = (cloud(70, 1), cloud(90, 2));
+        let targets = Packed::new(&y, compact_order(&y));
+        let prices = Prices::new(&targets, |slot| 0.1 * (slot as f64).sin());
+        let minima_of = |x: &[Point]| {
+            let rows = Packed::new(x, (0..x.len() as u32).collect());
+            let pass = Pass { rows: &rows, targets: &targets, prices: &prices, cost, eps };
+            let minima = pass.soft_minima();
+            let pulls = pass.pulls(&minima);
+            (minima, pulls)
+        };
+        let (minima, pulls) = minima_of(&x);
+        for (i, u) in x.iter().enumerate() {
+            let term = |slot: usize| {
+                let d2: f64 = targets.point(slot).iter().zip(u).map(|(v, u)| (v - u) * (v - u)).sum();
+                (-(cost.at(d2) + prices.get(slot)) / eps).exp()
+            };
+            let plain = -eps * (0..90).map(term).sum::<f64>().ln();
+            assert!((minima[i] - plain).abs() < 1e-13, "row {i}: {} for {plain}", minima[i]);
+        }
+        let step = 1e-6;
+        for axis in 0..3 {
+            let moved = |by: f64| {
+                let x: Vec<Point> = x
+                    .iter()
+                    .map(|p| std::array::from_fn(|a| p[a] + if a == axis { by } else { 0.0 }))
+                    .collect();
+                minima_of(&x).0
+            };
+            for ((up, down), pull) in moved(step).iter().zip(moved(-step)).zip(&pulls) {
+                let difference = (up - down) / (2.0 * step);
+                let gradient = pull.gradient[axis];
+                assert!((gradient - difference).abs() < 1e-7, "{gradient} for {difference}");
+            }
+        }
+    }
+
+    #[test]
+    fn gradients_are_those_of_the_soft_minima() {
+        for eps in [1.0, 0.1, 0.01] {
+            check(ClampedDistance { clamp: 1e-8 }, eps);
+            check(HalfSquare, eps);
+        }
+    }
+}
