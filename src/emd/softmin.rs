@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use super::cost::Cost;
-use super::packed::{BLOCK, Packed, Prices, Visitor, any_below, halving_least, halving_sum};
+use super::packed::{BLOCK, Packed, Prices, Visitor, any_below, halving_least};
 use super::real::Real;
 use super::wide::{Kernel, widest};
 
@@ -79,6 +79,12 @@ fn weights<T: Real>(values: &[T; BLOCK], least: T, rate: T) -> [T; BLOCK] {
     weights
 }
 
+/// The sum of all lanes, one after the other: an order that leaves the lanes in place until the end.
+#[inline(always)]
+fn total<T: Real>(lanes: [T; BLOCK]) -> T {
+    lanes.into_iter().fold(T::ZERO, |sum, lane| sum + lane)
+}
+
 /// The rows of one task of [`Pass::soft_minima`].
 struct SoftMinima<'a, T, C> {
     pass: Pass<'a, T, C>,
@@ -111,7 +117,7 @@ impl<T: Real, C: Cost<T>> Kernel for SoftMinima<'_, T, C> {
                     sums[k] += weights[k];
                 }
             }
-            *out = gather.least - eps * halving_sum(sums).ln();
+            *out = gather.least - eps * total(sums).ln();
         }
     }
 }
@@ -169,10 +175,10 @@ impl<T: Real, C: Cost<T>> Kernel for Pulls<'_, T, C> {
             };
             targets.scan(prices, cost, u, 0, &mut sums);
             // In exact arithmetic the mass is 1; dividing by it takes off what rounding did to all.
-            let mass = halving_sum(sums.mass);
+            let mass = total(sums.mass);
             *out = Pull {
-                gradient: sums.slope.map(|axis| -halving_sum(axis) / mass),
-                offset: sums.offset.map(|axis| halving_sum(axis) / mass),
+                gradient: sums.slope.map(|axis| -total(axis) / mass),
+                offset: sums.offset.map(|axis| total(axis) / mass),
             };
         }
     }
