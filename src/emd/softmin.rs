@@ -135,9 +135,8 @@ impl<T: Real> Visitor<T> for Gather<T> {
     #[inline(always)]
     fn visit(&mut self, block: usize, values: &[T; BLOCK]) -> T {
         if any_below(values, self.least + self.negligible) {
-            let least = halving_least(*values);
-            if least < self.least {
-                self.least = least;
+            if any_below(values, self.least) {
+                self.least = halving_least(*values);
                 self.at = block;
             }
             self.kept.push(*values);
