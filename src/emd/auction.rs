@@ -19,7 +19,7 @@ const FIRST_EPS: f32 = 0.02;
 /// Each phase's eps is about the last one's divided by this.
 const EPS_DIVISOR: f32 = 5.0;
 /// Bids per source after which the auction gives up. Clouds in general position need 20 to 40.
-const PATIENCE: usize = 1000;
+const PATIENCE: usize = 200;
 
 /// A matching with the prices it was reached at. Rows are sources, slots are places in the packed targets.
 pub struct Matching<T> {
