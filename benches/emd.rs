@@ -1,51 +1,83 @@
-use donut::emd::exact::{assign, assign_within};
+//! Times of the earth mover's distance on three pairs of shapes: `cargo bench --bench emd [FILTER]`.
+//!
+//! Prints the median and the best of some repetitions; a filter picks the lines whose name contains
+//! it. Set RAYON_NUM_THREADS for the number of threads. Imports the library and the tests' clouds.
+
+use std::hint::black_box;
 use std::time::Instant;
+
+use donut::emd::exact::{assign, assign_within};
+use donut::emd::reach::{Method, next_reachable};
+use donut::emd::schedule::{Power, Settings};
+use donut::emd::sinkhorn::divergence;
+use donut::emd::transport::transport;
+use donut::emd::{Measure, Real};
+use donut::math::cloud::Point;
+
 #[path = "../tests/emd/clouds.rs"]
-#[allow(dead_code)]
 mod clouds;
-fn time<R>(name: &str, n: usize, mut f: impl FnMut() -> R) {
-    let mut t: Vec<f64> = (0..7)
+
+const REPETITIONS: usize = 11;
+/// The tolerance of the auction's case, as a part of the exact distance.
+const TOLERANCE: f64 = 2e-4;
+
+fn main() {
+    let filter = std::env::args().skip(1).find(|a| !a.starts_with('-')).unwrap_or_default();
+    for n in [500, 1000, 2000, 5000] {
+        for (shapes, x, y) in pairs(n) {
+            let time = |name: &str, work: &dyn Fn()| {
+                let name = format!("{shapes}/{n}/{name}");
+                if name.contains(&filter) {
+                    report(&name, work);
+                }
+            };
+            let exact = assign(&x, &y).mean_distance;
+            time("sinkhorn-f32", &|| sinkhorn::<f32>(&x, &y));
+            time("sinkhorn-f64", &|| sinkhorn::<f64>(&x, &y));
+            time("exact", &|| drop(black_box(assign(&x, &y))));
+            time("within-0.02%", &|| drop(black_box(assign_within(&x, &y, TOLERANCE * exact))));
+            time("reach-exact", &|| drop(black_box(next_reachable(&x, &y, 20, 0.005, Method::Exact))));
+            if n <= 1000 {
+                let less = Measure::uniform(&y[..n * 4 / 5]);
+                time("transport", &|| drop(black_box(transport(Measure::uniform(&x), less, Power::One))));
+                time("reach-sinkhorn", &|| {
+                    drop(black_box(next_reachable(&x, &y, 20, 0.005, Method::Sinkhorn)));
+                });
+            }
+        }
+    }
+}
+
+fn pairs(n: usize) -> [(&'static str, Vec<Point>, Vec<Point>); 3] {
+    let bar = |middle: f64, half: f64, seed: u64| {
+        let size = [half, 0.05, 0.05];
+        let place = |p: Point| {
+            std::array::from_fn(|a| if a == 0 { middle } else { 0.5 } + size[a] * (2.0 * p[a] - 1.0))
+        };
+        clouds::cube(n, seed).into_iter().map(place).collect::<Vec<Point>>()
+    };
+    let two_bars = [bar(0.3, 0.1, 4), bar(0.7, 0.1, 5)].concat().into_iter().step_by(2).collect();
+    let disc = clouds::ball(n, 0.2, 6).into_iter().map(|p| [p[0], 0.3 + 0.1 * p[1], p[2]]).collect();
+    [
+        ("ball-torus", clouds::ball(n, 0.12, 1), clouds::torus(n, 0.15, 0.05, 2)),
+        ("bar-bars", bar(0.5, 0.2, 3), two_bars),
+        ("ball-disc", clouds::ball(n, 0.12, 1), disc),
+    ]
+}
+
+fn sinkhorn<T: Real>(x: &[Point], y: &[Point]) {
+    let _ = black_box(divergence::<T>(Measure::uniform(x), Measure::uniform(y), &Settings::default()));
+}
+
+fn report(name: &str, work: &dyn Fn()) {
+    work();
+    let mut milliseconds: Vec<f64> = (0..REPETITIONS)
         .map(|_| {
-            let s = Instant::now();
-            std::hint::black_box(f());
-            s.elapsed().as_secs_f64() * 1e3
+            let start = Instant::now();
+            work();
+            1e3 * start.elapsed().as_secs_f64()
         })
         .collect();
-    t.sort_by(f64::total_cmp);
-    println!("{name:<40} n={n:<6} median {:8.3} ms  best {:8.3} ms", t[3], t[0]);
-}
-fn main() {
-    if std::env::var("SK").is_ok() {
-        let n = 2000;
-        let x = clouds::ball(n, 0.2, 1);
-        let y = clouds::torus(n, 0.22, 0.08, 2);
-        let m = donut::emd::Measure::uniform;
-        let st = donut::emd::schedule::Settings::default();
-        time("sinkhorn f32", n, || donut::emd::sinkhorn::divergence::<f32>(m(&x), m(&y), &st));
-        return;
-    }
-    if std::env::var("STAT").is_ok() {
-        for n in [1000, 5000] {
-            let x = clouds::ball(n, 0.2, 1);
-            let y = clouds::torus(n, 0.22, 0.08, 2);
-            assign(&x, &y);
-        }
-        return;
-    }
-    for n in [500, 1000, 2000, 5000] {
-        let x = clouds::ball(n, 0.2, 1);
-        let y = clouds::torus(n, 0.22, 0.08, 2);
-        time("exact", n, || assign(&x, &y));
-        let m = donut::emd::Measure::uniform;
-        let st = donut::emd::schedule::Settings::default();
-        time("sinkhorn f32", n, || donut::emd::sinkhorn::divergence::<f32>(m(&x), m(&y), &st));
-        time("sinkhorn f64", n, || donut::emd::sinkhorn::divergence::<f64>(m(&x), m(&y), &st));
-        let e = assign(&x, &y).mean_distance;
-        for tol in [2e-4, 1e-4] {
-            let w = assign_within(&x, &y, e * tol).mean_distance;
-            time(&format!("within {tol} (got {:.1e})", w / e - 1.0), n, || assign_within(&x, &y, e * tol));
-        }
-        let w = assign_within(&x, &y, 1e-4).mean_distance;
-        time(&format!("within 1e-4 abs (got {:.1e})", w / e - 1.0), n, || assign_within(&x, &y, 1e-4));
-    }
+    milliseconds.sort_by(f64::total_cmp);
+    println!("{name:<34} median {:9.3} ms   best {:9.3} ms", milliseconds[REPETITIONS / 2], milliseconds[0]);
 }

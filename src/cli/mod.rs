@@ -6,6 +6,7 @@
 
 mod bench;
 mod check;
+mod emd;
 mod plan;
 mod progress;
 mod record;
@@ -28,27 +29,28 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    Simulate(simulate::SimulateArgs),
-    View(view::ViewArgs),
-    Tasks(tasks::TasksArgs),
     Plan(plan::PlanArgs),
-    Bench(bench::BenchArgs),
+    Tasks(tasks::TasksArgs),
     Check(check::CheckArgs),
-    /// Parse a language model's answer, run its code, write its stages and clouds
-    Subgoals(subgoals::Subgoals),
+    View(view::ViewArgs),
+    Subgoals(subgoals::SubgoalsArgs),
+    Emd(emd::EmdArgs),
+    Simulate(simulate::SimulateArgs),
+    Bench(bench::BenchArgs),
 }
 
 /// Runs the program; the whole of `main`.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome: anyhow::Result<ExitCode> = match cli.command {
-        Command::Simulate(args) => simulate::run(&args),
-        Command::View(args) => view::run(&args),
-        Command::Tasks(args) => tasks::run(args).map(|()| ExitCode::SUCCESS),
         Command::Plan(args) => plan::run(&args),
-        Command::Bench(args) => bench::run(&args),
+        Command::Tasks(args) => tasks::run(args).map(|()| ExitCode::SUCCESS),
         Command::Check(args) => check::run(args).map(|()| ExitCode::SUCCESS),
-        Command::Subgoals(flags) => subgoals::run(&flags),
+        Command::View(args) => view::run(&args),
+        Command::Subgoals(args) => subgoals::run(&args),
+        Command::Emd(args) => emd::run(&args),
+        Command::Simulate(args) => simulate::run(&args),
+        Command::Bench(args) => bench::run(&args),
     };
     match outcome {
         Ok(code) => code,

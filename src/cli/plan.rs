@@ -12,9 +12,10 @@ use comfy_table::{Table, presets};
 
 use super::progress::ProgressLine;
 use super::record::{RunInputs, record};
-use crate::llm::answer::stages_from_answer;
+use super::subgoals::explained;
 use crate::llm::recorded::recorded;
 use crate::llm::stage::Stage;
+use crate::llm::stages_from_answer;
 use crate::sim::{Options, SimdLevel};
 use crate::store::atomic::RunDir;
 use crate::store::record::Summary;
@@ -170,7 +171,7 @@ impl PlanArgs {
 
 /// The stages of an answer; its warnings go to standard error.
 fn answered(text: &str, name: &str) -> anyhow::Result<Vec<Stage>> {
-    let answer = stages_from_answer(text).with_context(|| name.to_owned())?;
+    let answer = stages_from_answer(text).map_err(|error| explained(name, &error))?;
     for warning in &answer.warnings {
         eprintln!("warning: {name}: {warning}");
     }

@@ -19,9 +19,9 @@ use crate::llm::stage::Stage;
 use crate::llm::{Answer, AnswerError, stages_from_answer};
 use crate::math::cloud::{Bounds, centroid};
 
-/// Flags of `donut subgoals`.
+/// Runs the code of a language model's answer and writes its stages and clouds.
 #[derive(Args)]
-pub struct Subgoals {
+pub struct SubgoalsArgs {
     /// The language model's answer, in markdown
     response: PathBuf,
     /// Directory for stages.json and clouds.npz; made if it is not there
@@ -33,10 +33,10 @@ pub struct Subgoals {
 }
 
 /// Runs the command.
-pub fn run(flags: &Subgoals) -> Result<ExitCode> {
+pub fn run(flags: &SubgoalsArgs) -> Result<ExitCode> {
     let file = flags.response.display();
     let text = fs::read_to_string(&flags.response).with_context(|| format!("{file} cannot be read"))?;
-    let answer = stages_from_answer(&text).map_err(|error| explained(&flags.response, &error))?;
+    let answer = stages_from_answer(&text).map_err(|error| explained(&file.to_string(), &error))?;
     for warning in &answer.warnings {
         eprintln!("warning: {file}: {warning}");
     }
@@ -52,10 +52,10 @@ pub fn run(flags: &Subgoals) -> Result<ExitCode> {
 }
 
 /// The error as `main` prints it: the file, the place, and the way out on a line of its own.
-fn explained(file: &Path, error: &AnswerError) -> anyhow::Error {
+pub(super) fn explained(file: &str, error: &AnswerError) -> anyhow::Error {
     match error.hint() {
-        Some(hint) => anyhow!("{}: {error}\nhint: {hint}", file.display()),
-        None => anyhow!("{}: {error}", file.display()),
+        Some(hint) => anyhow!("{file}: {error}\nhint: {hint}"),
+        None => anyhow!("{file}: {error}"),
     }
 }
 

@@ -15,11 +15,11 @@ use super::wide::Kernel;
 pub const NONE: u32 = u32::MAX;
 
 /// The first phase's eps, as a part of the joint box's diagonal (which is 1 here).
-const FIRST_EPS: f32 = 0.05;
-/// Each phase's eps is the last one's divided by this.
+const FIRST_EPS: f32 = 0.02;
+/// Each phase's eps is about the last one's divided by this.
 const EPS_DIVISOR: f32 = 5.0;
 /// Bids per source after which the auction gives up. Clouds in general position need 20 to 40.
-const PATIENCE: usize = 1000;
+const PATIENCE: usize = 200;
 
 /// A matching with the prices it was reached at. Rows are sources, slots are places in the packed targets.
 pub struct Matching<T> {
@@ -105,20 +105,28 @@ impl Kernel for Auction<'_> {
         };
         let mut hints: Vec<u32> = (0..n as u32).collect();
         let mut bids_left = PATIENCE.saturating_mul(n);
-        let mut eps = FIRST_EPS.max(self.eps);
-        loop {
+        for eps in self.phases() {
             matching.slot_of.fill(NONE);
             matching.owner.fill(NONE);
             bids_left = self.phase(&mut matching, &mut hints, eps, bids_left);
-            if eps <= self.eps || bids_left == 0 {
-                return Auctioned { complete: bids_left > 0, matching };
+            if bids_left == 0 {
+                break;
             }
-            eps = (eps / EPS_DIVISOR).max(self.eps);
         }
+        Auctioned { complete: bids_left > 0, matching }
     }
 }
 
 impl Auction<'_> {
+    /// The eps of each phase: evenly down to the last one, for a small last step costs as many bids as
+    /// a large one.
+    #[inline(always)]
+    fn phases(&self) -> Vec<f32> {
+        let steps = ((FIRST_EPS / self.eps).ln() / EPS_DIVISOR.ln()).round().max(0.0) as i32;
+        let ratio = (FIRST_EPS / self.eps).max(1.0).powf(1.0 / steps.max(1) as f32);
+        (0..=steps).rev().map(|k| self.eps * ratio.powi(k)).collect()
+    }
+
     /// Bids until every row has a slot or no bids are left; returns how many are left.
     #[inline(always)]
     fn phase(

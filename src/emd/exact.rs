@@ -1,7 +1,7 @@
 //! Optimal and nearly optimal matchings between two clouds of equal size.
 //!
 //! Two clouds come in; who goes where, and the mean distance, go out. The exact one is an auction to
-//! a coarse tolerance, then shortest augmenting paths in `f64`. Imports [`crate::math`].
+//! a fine tolerance in `f32`, then shortest augmenting paths in `f64`. Imports [`crate::math`].
 
 use super::auction::{Auction, Auctioned, NONE};
 use super::augment::Finish;
@@ -10,8 +10,9 @@ use super::wide::widest;
 use crate::math::cloud::{Point, distance};
 
 /// The auction's eps before the exact finish, as a part of the joint box's diagonal: smaller makes
-/// the auction longer and leaves less to the augmenting paths.
-const HANDOVER: f64 = 1e-4;
+/// the auction longer and leaves less to the augmenting paths. Sixteen units in the last place of a
+/// price of 1; if a price rises so far that eps is rounded away, the auction's patience ends it.
+const HANDOVER: f64 = 1e-6;
 /// The smallest tolerance, as a part of the diagonal, that an auction in `f32` is trusted with.
 const SINGLE_PRECISION: f64 = 1e-5;
 

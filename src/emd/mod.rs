@@ -11,6 +11,8 @@
 //! | the next reachable cloud of the paper's equation 1 | [`reach`] |
 //! | how an inner loop skips and vectorises | [`packed`], [`real`], [`wide`] |
 
+#![allow(clippy::needless_range_loop, reason = "kernels step through several arrays by one lane or axis")]
+
 mod auction;
 mod augment;
 mod cost;

@@ -256,7 +256,7 @@ impl<T: Real> Prices<T> {
 
 /// The sum, by halves: a fixed order that suits vectors.
 #[inline(always)]
-pub fn halving_sum<T: Real>(mut terms: [T; BLOCK]) -> T {
+fn halving_sum<T: Real>(mut terms: [T; BLOCK]) -> T {
     let mut width = BLOCK / 2;
     while width > 0 {
         for k in 0..width {

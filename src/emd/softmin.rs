@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use super::cost::Cost;
-use super::packed::{BLOCK, Packed, Prices, Visitor, any_below, halving_least, halving_sum};
+use super::packed::{BLOCK, Packed, Prices, Visitor, any_below, halving_least};
 use super::real::Real;
 use super::wide::{Kernel, widest};
 
@@ -79,6 +79,12 @@ fn weights<T: Real>(values: &[T; BLOCK], least: T, rate: T) -> [T; BLOCK] {
     weights
 }
 
+/// The sum of all lanes, one after the other: an order that leaves the lanes in place until the end.
+#[inline(always)]
+fn total<T: Real>(lanes: [T; BLOCK]) -> T {
+    lanes.into_iter().fold(T::ZERO, |sum, lane| sum + lane)
+}
+
 /// The rows of one task of [`Pass::soft_minima`].
 struct SoftMinima<'a, T, C> {
     pass: Pass<'a, T, C>,
@@ -111,7 +117,7 @@ impl<T: Real, C: Cost<T>> Kernel for SoftMinima<'_, T, C> {
                     sums[k] += weights[k];
                 }
             }
-            *out = gather.least - eps * halving_sum(sums).ln();
+            *out = gather.least - eps * total(sums).ln();
         }
     }
 }
@@ -129,9 +135,8 @@ impl<T: Real> Visitor<T> for Gather<T> {
     #[inline(always)]
     fn visit(&mut self, block: usize, values: &[T; BLOCK]) -> T {
         if any_below(values, self.least + self.negligible) {
-            let least = halving_least(*values);
-            if least < self.least {
-                self.least = least;
+            if any_below(values, self.least) {
+                self.least = halving_least(*values);
                 self.at = block;
             }
             self.kept.push(*values);
@@ -169,10 +174,10 @@ impl<T: Real, C: Cost<T>> Kernel for Pulls<'_, T, C> {
             };
             targets.scan(prices, cost, u, 0, &mut sums);
             // In exact arithmetic the mass is 1; dividing by it takes off what rounding did to all.
-            let mass = halving_sum(sums.mass);
+            let mass = total(sums.mass);
             *out = Pull {
-                gradient: sums.slope.map(|axis| -halving_sum(axis) / mass),
-                offset: sums.offset.map(|axis| halving_sum(axis) / mass),
+                gradient: sums.slope.map(|axis| -total(axis) / mass),
+                offset: sums.offset.map(|axis| total(axis) / mass),
             };
         }
     }
@@ -210,5 +215,66 @@ impl<T: Real, C: Cost<T>> Visitor<T> for PullSums<'_, T, C> {
             }
         }
         limit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::emd::cost::{ClampedDistance, HalfSquare};
+    use crate::emd::packed::compact_order;
+    use crate::math::cloud::Point;
+    use crate::math::rng;
+
+    fn cloud(n: usize, seed: u64) -> Vec<Point> {
+        let mut rng = rng::seeded(seed, "softmin");
+        (0..n).map(|_| std::array::from_fn(|_| 0.5 * rng::uniform(&mut rng))).collect()
+    }
+
+    /// The gradient of every row's soft minimum against central differences, and the soft minimum
+    /// against its definition summed up plainly.
+    fn check(cost: impl Cost<f64>, eps: f64) {
+        let (x, y) = (cloud(70, 1), cloud(90, 2));
+        let targets = Packed::new(&y, compact_order(&y));
+        let prices = Prices::new(&targets, |slot| 0.1 * (slot as f64).sin());
+        let minima_of = |x: &[Point]| {
+            let rows = Packed::new(x, (0..x.len() as u32).collect());
+            let pass = Pass { rows: &rows, targets: &targets, prices: &prices, cost, eps };
+            let minima = pass.soft_minima();
+            let pulls = pass.pulls(&minima);
+            (minima, pulls)
+        };
+        let (minima, pulls) = minima_of(&x);
+        for (i, u) in x.iter().enumerate() {
+            let term = |slot: usize| {
+                let d2: f64 = targets.point(slot).iter().zip(u).map(|(v, u)| (v - u) * (v - u)).sum();
+                (-(cost.at(d2) + prices.get(slot)) / eps).exp()
+            };
+            let plain = -eps * (0..90).map(term).sum::<f64>().ln();
+            assert!((minima[i] - plain).abs() < 1e-13, "row {i}: {} for {plain}", minima[i]);
+        }
+        let step = 1e-6;
+        for axis in 0..3 {
+            let moved = |by: f64| {
+                let x: Vec<Point> = x
+                    .iter()
+                    .map(|p| std::array::from_fn(|a| p[a] + if a == axis { by } else { 0.0 }))
+                    .collect();
+                minima_of(&x).0
+            };
+            for ((up, down), pull) in moved(step).iter().zip(moved(-step)).zip(&pulls) {
+                let difference = (up - down) / (2.0 * step);
+                let gradient = pull.gradient[axis];
+                assert!((gradient - difference).abs() < 1e-7, "{gradient} for {difference}");
+            }
+        }
+    }
+
+    #[test]
+    fn gradients_are_those_of_the_soft_minima() {
+        for eps in [1.0, 0.1, 0.01] {
+            check(ClampedDistance { clamp: 1e-8 }, eps);
+            check(HalfSquare, eps);
+        }
     }
 }

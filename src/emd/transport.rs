@@ -11,7 +11,7 @@ use super::schedule::Power;
 use super::tree::Tree;
 use crate::math::cloud::{Point, distance};
 
-/// Most pairs that are accepted: some ten seconds of work.
+/// Most pairs that are accepted. 2 10^7 pairs take a few seconds; this many may take minutes.
 const MOST_PAIRS: usize = 100_000_000;
 /// A reduced cost above the negative of this is no gain; the largest cost is 1.
 const NO_GAIN: f64 = 1e-12;

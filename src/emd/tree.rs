@@ -201,7 +201,7 @@ mod tests {
     fn a_pivot_moves_flow_and_keeps_the_tree_whole() {
         // Two sources with 1 each, two targets that want 1 each.
         let mut tree = Tree::star(&[1.0, 1.0, -1.0, -1.0], 10.0);
-        for (tail, head) in [(0, 2), (1, 2), (1, 3)] {
+        for (tail, head) in [(0, 2), (1, 3), (1, 2)] {
             tree.pivot(tail, head, 1.0 + tail as f64);
             for node in &tree.nodes[..4] {
                 let (above, own) = (tree.nodes[node.parent].potential, node.potential);

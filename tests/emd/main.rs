@@ -1,5 +1,6 @@
 //! Tests of the earth mover's distance through its public face.
 
+mod cli;
 mod clouds;
 mod exact;
 mod golden;
