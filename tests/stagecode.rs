@@ -170,6 +170,11 @@ fn nothing_nested_exhausts_the_stack() {
 }
 
 #[test]
+fn an_empty_list_repeated_without_end_takes_no_time() {
+    run("x = [] * 2**62\nassert x == [] and '' * 2**62 == ''").unwrap();
+}
+
+#[test]
 fn unseeded_draws_are_the_same_on_every_run() {
     let code = "x = np.concatenate([np.random.rand(3), np.random.default_rng().random(3)])";
     assert_eq!(values(code), values(code));

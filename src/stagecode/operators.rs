@@ -152,7 +152,8 @@ fn repeat(budget: &Budget, sequence: &Value, times: Scalar) -> Result<Value, Fau
         return Err(Fault::kind("a list can only be multiplied by an integer"));
     }
     let items = sequence.items().unwrap_or_default();
-    let times = usize::try_from(times.int()).unwrap_or(0);
+    // Nothing, however often, is nothing; it must not be counted out.
+    let times = if items.is_empty() { 0 } else { usize::try_from(times.int()).unwrap_or(0) };
     budget.allocate(items.len().saturating_mul(times))?;
     let all = std::iter::repeat_n(items, times).flatten().collect();
     Ok(if matches!(sequence, Value::List(_)) { Value::list(all) } else { Value::tuple(all) })
