@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use super::error::StageError;
-use super::pieces::Pieces;
+use super::pieces::{PieceId, Pieces};
 use super::scene::Scene;
 use super::subgoal::{StagePlan, Subgoal, low_quantile};
 use crate::emd::exact::assign;
@@ -60,7 +60,7 @@ pub struct TaskRun {
     pub stages: Vec<StageRun>,
     /// Dough at the end, m.
     pub last: Vec<Point>,
-    /// The piece that each particle belongs to at the end.
+    /// The piece that each particle belongs to at the end, counted among the pieces that exist then.
     pub piece: Vec<i32>,
     /// Exact EMD to the goal, all particles, before and after, m.
     pub emd_initial: f64,
@@ -139,12 +139,18 @@ pub fn run_task(
         goal,
         floor_y,
         stages: runs,
-        piece: pieces.of_particles().iter().map(|&p| p as i32).collect(),
+        piece: live_index(&pieces, &plan.last),
         last: state.x,
         emd_initial,
         emd_final,
         seconds: begin.elapsed().as_secs_f64(),
     })
+}
+
+/// For each particle, where its piece stands among the live ones.
+fn live_index(pieces: &Pieces, live: &[PieceId]) -> Vec<i32> {
+    let index = |piece: &PieceId| live.iter().position(|p| p == piece).unwrap_or(0) as i32;
+    pieces.of_particles().iter().map(index).collect()
 }
 
 /// Plans and executes one stage, then lets the dough settle with the tool away.
