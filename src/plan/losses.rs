@@ -64,7 +64,6 @@ fn speed(v: &[Point], weight: f64, seed: &mut Vec<Point>) -> f64 {
 }
 
 /// Mean over control steps of the distance between the tool and its nearest active particle, where positive.
-/// Only the tool's side is differentiated: the loss is there to bring the tool to the dough.
 fn tool_distance<T: Real>(sim: &Simulator<T>, active: &[usize], weight: f64, seeds: &mut [StepSeed]) -> f64 {
     let steps = sim.steps();
     let scale = weight / steps as f64;
@@ -79,7 +78,9 @@ fn tool_distance<T: Real>(sim: &Simulator<T>, active: &[usize], weight: f64, see
                 && d > 0.0
             {
                 loss += scale * d;
-                tool.distance_adj(pose, x[i], scale, pose_adj);
+                let by_particle = tool.distance_adj(pose, x[i], scale, pose_adj);
+                seed.positions.resize(x.len(), [0.0; 3]);
+                seed.positions[i].iter_mut().zip(by_particle).for_each(|(a, b)| *a += b);
             }
         }
         seed.poses = poses_adj;

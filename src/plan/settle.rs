@@ -59,7 +59,8 @@ mod tests {
             settle::<f32>(&params, &Options::default(), &ParticleState::at_rest(x), 10).unwrap();
         assert!(frames.len() >= 10 && frames.len() <= LIMIT);
         let low = state.x.iter().map(|p| p[1]).fold(1.0, f64::min);
-        assert!((0.03..0.045).contains(&low), "{low}");
+        // The floor acts up to three cells, 0.047; heavy dough sinks in, a light block hardly.
+        assert!((0.035..0.05).contains(&low), "{low}");
         assert!(state.v.iter().all(|v| *v == [0.0; 3]));
     }
 }
