@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use ndarray::{Array1, Array2, Ix1};
+use ndarray::{Array1, Array2};
 use serde_json::json;
 
 use crate::emd::Measure;
@@ -117,7 +117,7 @@ fn read_measure(path: &Path, weights: Option<&Path>) -> Result<(Vec<Point>, Opti
     let points = npz::read_cloud(path)?;
     Measure::uniform(&points).check().with_context(|| path.display().to_string())?;
     let Some(weights_path) = weights else { return Ok((points, None)) };
-    let weights = npz::read_npy::<Ix1>(weights_path)?.to_vec();
+    let weights = npz::read_vector(weights_path)?;
     let measure = Measure { points: &points, weights: Some(&weights) };
     measure.check().with_context(|| weights_path.display().to_string())?;
     Ok((points, Some(weights)))

@@ -3,14 +3,14 @@
 //! `ndarray` arrays come in and go out; files are little-endian, uncompressed, and written whole or
 //! not at all. Imports only `store::atomic`.
 //!
-//! Reading is forgiving in the element type (any float, signed integer, `u8` or `bool` becomes `f64`)
-//! and strict in the number of dimensions.
+//! Reading an `.npz` is forgiving in the element type (any float, signed integer, `u8` or `bool` becomes
+//! `f64`) and strict in the number of dimensions; a single `.npy` holds floats.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Cursor, Read};
 use std::path::{Path, PathBuf};
 
-use ndarray::{Array, Array2, Dimension, Ix2};
+use ndarray::{Array, Array2, ArrayD, Dimension, Ix2};
 use ndarray_npy::{ReadNpyError, ReadNpyExt, WriteNpyExt};
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
@@ -27,15 +27,45 @@ pub fn write_npy<T: WriteNpyExt + ?Sized>(path: &Path, array: &T) -> Result<(), 
     atomic::write(path, &bytes)
 }
 
-/// Reads the one array of `path` as `f64`.
-pub fn read_npy<D: Dimension>(path: &Path) -> Result<Array<f64, D>, StoreError> {
-    let bytes = std::fs::read(path).map_err(StoreError::read(path))?;
-    decode(&bytes).map_err(|reason| StoreError::Format { path: path.to_owned(), reason })
+/// Reads a cloud, an array (n, 3) of float32 or float64, from `path`.
+pub fn read_cloud(path: &Path) -> Result<Vec<Point>, StoreError> {
+    let array = read_floats(path)?;
+    let shape = array.shape().to_vec();
+    let [_, 3] = shape[..] else {
+        let reason = format!("its shape is {shape:?}, but a cloud has the shape (n, 3)");
+        return Err(StoreError::Format { path: path.to_owned(), reason });
+    };
+    Ok(array.rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect())
 }
 
-/// Reads a cloud, an array (n, 3), from `path`.
-pub fn read_cloud(path: &Path) -> Result<Vec<Point>, StoreError> {
-    points(read_npy::<Ix2>(path)?).map_err(|reason| StoreError::Format { path: path.to_owned(), reason })
+/// Reads one number a row, an array (n,) of float32 or float64, from `path`.
+pub fn read_vector(path: &Path) -> Result<Vec<f64>, StoreError> {
+    let array = read_floats(path)?;
+    if array.ndim() != 1 {
+        let reason = format!("its shape is {:?}, not (n,)", array.shape());
+        return Err(StoreError::Format { path: path.to_owned(), reason });
+    }
+    Ok(array.iter().copied().collect())
+}
+
+/// The one array of a `.npy` file. Integers are refused: as coordinates they are more likely a mistake.
+fn read_floats(path: &Path) -> Result<ArrayD<f64>, StoreError> {
+    let bytes = std::fs::read(path).map_err(StoreError::read(path))?;
+    let found = match ArrayD::<f64>::read_npy(&bytes[..]) {
+        Err(ReadNpyError::WrongDescriptor(_)) => {
+            ArrayD::<f32>::read_npy(&bytes[..]).map(|array| array.mapv(f64::from))
+        }
+        found => found,
+    };
+    found.map_err(|error| {
+        let reason = match error {
+            ReadNpyError::WrongDescriptor(descriptor) => format!(
+                "its element type is {descriptor}; save float32 or float64, for example array.astype(float)"
+            ),
+            other => format!("{other}; write it with numpy.save"),
+        };
+        StoreError::Format { path: path.to_owned(), reason }
+    })
 }
 
 /// A cloud as an array (n, 3).

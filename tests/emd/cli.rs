@@ -145,7 +145,7 @@ fn bad_files_are_named() {
         ("deep.npy", "(n, 3)"),
         ("int.npy", "float64"),
         ("text.npy", "numpy.save"),
-        ("none.npy", "cannot open"),
+        ("none.npy", "cannot read"),
     ] {
         for arguments in [format!("ok.npy {file} --gradient g.npy"), format!("{file} ok.npy --exact")] {
             let message = desk.error(&arguments);
