@@ -4,8 +4,6 @@
 //! [`Simulator::rollout_adj`] takes the loss's derivatives at the ends of control steps and returns the
 //! gradient. Everything is allocated once and reused. Imports the rest of sim.
 
-use std::sync::Arc;
-
 use super::epoch::{Epoch, Trace};
 use super::error::{Operation, SimError};
 use super::lanes::{Real, SimdLevel};
@@ -15,7 +13,7 @@ use super::particles::{
     BLOCK, C, F, ParticleState, V, X, blocks_for, index, pack, permute, permute_adj, unpack,
 };
 use super::substep::{Substep, SubstepAdj, Workspace};
-use super::tool::motion::{advance, advance_adj, substep_share, substep_share_adj};
+use super::tool::path::ToolPath;
 use super::tool::{PoseAdj, Tool, ToolPose};
 use crate::math::cloud::Point;
 
@@ -69,12 +67,10 @@ pub struct Simulator<T: Real> {
     params: Params,
     tools: Vec<Tool>,
     options: Options,
-    pool: Option<Arc<rayon::ThreadPool>>,
+    pool: Option<rayon::ThreadPool>,
     particles: usize,
     steps: usize,
-    actions: Vec<Vec<f64>>,
-    /// Poses of all tools at every substep.
-    poses: Vec<Vec<ToolPose>>,
+    path: ToolPath,
     /// Epochs; those from `used` on are spare.
     epochs: Vec<Epoch<T>>,
     used: usize,
@@ -90,7 +86,7 @@ impl<T: Real> Simulator<T> {
     pub fn new(params: Params, tools: Vec<Tool>, options: Options) -> Self {
         let pool = (options.threads > 1).then(|| {
             let builder = rayon::ThreadPoolBuilder::new().num_threads(options.threads);
-            Arc::new(builder.build().expect("threads can be started"))
+            builder.build().expect("threads can be started")
         });
         Self {
             params,
@@ -99,8 +95,7 @@ impl<T: Real> Simulator<T> {
             pool,
             particles: 0,
             steps: 0,
-            actions: Vec::new(),
-            poses: Vec::new(),
+            path: ToolPath::default(),
             epochs: Vec::new(),
             used: 0,
             scratch: Trace::default(),
@@ -133,9 +128,8 @@ impl<T: Real> Simulator<T> {
         self.check(start, poses, actions)?;
         self.particles = start.len();
         self.steps = actions.len();
-        self.actions = actions.to_vec();
         self.used = 0;
-        self.move_tools(poses);
+        self.path = ToolPath::new(&self.tools, self.params.substeps, poses, actions);
         let identity: Vec<u32> = (0..start.len() as u32).collect();
         self.end.resize(blocks_for(start.len()) * BLOCK, T::default());
         pack(start, &identity, &mut self.end);
@@ -188,22 +182,24 @@ impl<T: Real> Simulator<T> {
         Ok(())
     }
 
-    /// Fills in the tools' poses at every substep.
-    fn move_tools(&mut self, start: &[ToolPose]) {
-        self.poses.clear();
-        self.poses.push(start.to_vec());
-        for row in &self.actions {
-            for _ in 0..self.params.substeps {
-                let mut next = self.poses.last().expect("has the start").clone();
-                let mut rest = row.as_slice();
-                for (pose, tool) in next.iter_mut().zip(&self.tools) {
-                    let (action, others) = rest.split_at(tool.action_len());
-                    let u = substep_share(tool, action, self.params.substeps);
-                    *pose = advance(tool, pose, &u);
-                    rest = others;
-                }
-                self.poses.push(next);
-            }
+    /// What substep `t` of the rollout needs to know.
+    fn substep<'a>(&'a self, layout: &'a Layout, t: usize) -> Substep<'a> {
+        Substep {
+            params: &self.params,
+            simd: self.options.simd,
+            parallel: self.options.threads > 1,
+            tools: &self.tools,
+            layout,
+            start: self.path.at(t),
+            end: self.path.at(t + 1),
+        }
+    }
+
+    /// Runs `work` on the simulator's threads.
+    fn on_threads<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        match &self.pool {
+            Some(pool) => pool.install(work),
+            None => work(),
         }
     }
 
@@ -265,27 +261,19 @@ impl<T: Real> Simulator<T> {
     ) -> Result<(), SimError> {
         trace.resize(wanted, self.particles, epoch.layout.len);
         trace.states[0].copy_from_slice(&epoch.start);
-        let pool = self.pool.clone();
-        let mut work = || {
+        let mut workspace = std::mem::take(&mut self.workspace);
+        let outcome = self.on_threads(|| {
             for k in 0..wanted {
                 let t = epoch.first + k;
                 let (before, after) = trace.states.split_at_mut(k + 1);
-                let substep = Substep {
-                    params: &self.params,
-                    simd: self.options.simd,
-                    parallel: self.options.threads > 1,
-                    tools: &self.tools,
-                    layout: &epoch.layout,
-                    start: &self.poses[t],
-                    end: &self.poses[t + 1],
-                };
-                let done = substep
+                let done = self
+                    .substep(&epoch.layout, t)
                     .run(
                         &before[k],
                         &mut after[0],
                         &mut trace.momentum[k],
                         &mut trace.velocity[k],
-                        &mut self.workspace,
+                        &mut workspace,
                     )
                     .map_err(|fault| fault.locate(t, self.params.substeps, &epoch.ids))?;
                 if !done {
@@ -295,11 +283,9 @@ impl<T: Real> Simulator<T> {
             }
             assert!(epoch.count > 0, "a fresh layout holds every particle");
             Ok(())
-        };
-        match &pool {
-            Some(pool) => pool.install(work),
-            None => work(),
-        }
+        });
+        self.workspace = workspace;
+        outcome
     }
 
     /// The gradient of a loss whose derivatives at the ends of control steps are `seeds` (at most one more
@@ -316,44 +302,27 @@ impl<T: Real> Simulator<T> {
         let mut adj = vec![T::default(); self.end.len()];
         let mut before = adj.clone();
         let substeps = self.params.substeps;
+        let mut workspace = std::mem::take(&mut self.workspace);
         for at in (0..self.used).rev() {
             let epoch = std::mem::take(&mut self.epochs[at]);
-            for k in (0..epoch.count).rev() {
-                if k + 1 == epoch.count {
-                    self.ensure_trace(&epoch)?;
+            self.ensure_trace(&epoch)?;
+            let trace = if epoch.kept { &epoch.trace } else { &self.scratch };
+            self.on_threads(|| {
+                for k in (0..epoch.count).rev() {
+                    let t = epoch.first + k;
+                    let job = SubstepAdj {
+                        substep: self.substep(&epoch.layout, t),
+                        state: &trace.states[k],
+                        next: &trace.states[k + 1],
+                        momentum: &trace.momentum[k],
+                        velocity: &trace.velocity[k],
+                    };
+                    let (start_adj, end_adj) = job.run(&mut adj, &mut workspace);
+                    poses_adj.iter_mut().zip(&end_adj).for_each(|(total, end)| total.add(end));
+                    self.path.substep_adj(&self.tools, t, &mut poses_adj, &mut actions_adj);
+                    poses_adj.iter_mut().zip(&start_adj).for_each(|(total, start)| total.add(start));
                 }
-                let t = epoch.first + k;
-                let trace = if epoch.kept { &epoch.trace } else { &self.scratch };
-                let substep = Substep {
-                    params: &self.params,
-                    simd: self.options.simd,
-                    parallel: self.options.threads > 1,
-                    tools: &self.tools,
-                    layout: &epoch.layout,
-                    start: &self.poses[t],
-                    end: &self.poses[t + 1],
-                };
-                let job = SubstepAdj {
-                    substep,
-                    state: &trace.states[k],
-                    next: &trace.states[k + 1],
-                    momentum: &trace.momentum[k],
-                    velocity: &trace.velocity[k],
-                };
-                let (workspace, adj) = (&mut self.workspace, &mut adj);
-                let (start_adj, end_adj) = match &self.pool {
-                    Some(pool) => pool.install(|| job.run(adj, workspace)),
-                    None => job.run(adj, workspace),
-                };
-                let step = t / substeps;
-                for (total, end) in poses_adj.iter_mut().zip(&end_adj) {
-                    total.add(end);
-                }
-                self.move_tools_adj(t, &mut poses_adj, &mut actions_adj[step]);
-                for (total, start) in poses_adj.iter_mut().zip(&start_adj) {
-                    total.add(start);
-                }
-            }
+            });
             if epoch.first.is_multiple_of(substeps) {
                 add_seed(seeds.get(epoch.first / substeps), &epoch.ids, &mut adj, &mut poses_adj);
             }
@@ -361,6 +330,7 @@ impl<T: Real> Simulator<T> {
             std::mem::swap(&mut adj, &mut before);
             self.epochs[at] = epoch;
         }
+        self.workspace = workspace;
         let identity: Vec<u32> = (0..self.particles as u32).collect();
         Ok(RolloutGradient {
             actions: actions_adj,
@@ -371,7 +341,7 @@ impl<T: Real> Simulator<T> {
 
     /// Runs an epoch again whose substeps were not kept.
     fn ensure_trace(&mut self, epoch: &Epoch<T>) -> Result<(), SimError> {
-        if epoch.kept {
+        if epoch.kept || epoch.count == 0 {
             return Ok(());
         }
         let mut again = Epoch { kept: false, ..epoch.clone() };
@@ -400,22 +370,6 @@ impl<T: Real> Simulator<T> {
             }
         }
         Ok(())
-    }
-
-    /// Adjoint of the tools' motion in substep `t`: turns the adjoint of the poses at its end into that at
-    /// its start and adds the action's.
-    fn move_tools_adj(&self, t: usize, poses_adj: &mut [PoseAdj], action_adj: &mut [f64]) {
-        let substeps = self.params.substeps;
-        let row = &self.actions[t / substeps];
-        let mut from = 0;
-        for (i, tool) in self.tools.iter().enumerate() {
-            let range = from..from + tool.action_len();
-            let u = substep_share(tool, &row[range.clone()], substeps);
-            let (pose_adj, u_adj) = advance_adj(tool, &self.poses[t][i], &u, &poses_adj[i]);
-            poses_adj[i] = pose_adj;
-            substep_share_adj(tool, &row[range.clone()], substeps, &u_adj, &mut action_adj[range.clone()]);
-            from = range.end;
-        }
     }
 
     /// The epoch whose start is the end of control step `step` (0: the start).
@@ -454,7 +408,7 @@ impl<T: Real> Simulator<T> {
     /// # Panics
     /// If the last rollout was shorter.
     pub fn poses(&self, step: usize) -> &[ToolPose] {
-        &self.poses[step * self.params.substeps]
+        self.path.after_step(step)
     }
 
     /// Control steps of the last rollout.

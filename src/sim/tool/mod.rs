@@ -7,6 +7,7 @@ mod capsule;
 mod cuboid;
 mod knife;
 pub mod motion;
+pub mod path;
 pub mod shape;
 mod sphere;
 
