@@ -15,10 +15,8 @@ fn donut(args: &[&str], in_dir: &Path) -> std::process::Output {
 }
 
 fn names(dir: &Path) -> Vec<String> {
-    let mut names: Vec<String> = fs::read_dir(dir)
-        .unwrap()
-        .map(|e| e.unwrap().file_name().into_string().unwrap())
-        .collect();
+    let mut names: Vec<String> =
+        fs::read_dir(dir).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
 }
@@ -27,7 +25,8 @@ fn names(dir: &Path) -> Vec<String> {
 fn a_run_leaves_its_files_and_repeats_to_the_bit() {
     let dir = tempfile::tempdir().unwrap();
     let run = |out: &str, threads: &str| {
-        let args = [&["plan", "--task", "donut", "--json", "--out", out, "--threads", threads][..], &SHORT].concat();
+        let args =
+            [&["plan", "--task", "donut", "--json", "--out", out, "--threads", threads][..], &SHORT].concat();
         let output = donut(&args, dir.path());
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.code().unwrap() <= 1, "{stderr}");
@@ -35,8 +34,18 @@ fn a_run_leaves_its_files_and_repeats_to_the_bit() {
     };
     let summary = run("a", "1");
     for key in [
-        "task", "seed", "method", "score", "threshold", "success", "emd_initial", "emd_final", "seconds",
-        "particles", "stages", "score_ceiling",
+        "task",
+        "seed",
+        "method",
+        "score",
+        "threshold",
+        "success",
+        "emd_initial",
+        "emd_final",
+        "seconds",
+        "particles",
+        "stages",
+        "score_ceiling",
     ] {
         assert!(!summary[key].is_null(), "{key} is missing");
     }

@@ -13,6 +13,7 @@ pub mod elasticity;
 mod epoch;
 pub mod error;
 pub mod g2p;
+pub mod gradcheck;
 pub mod grid;
 pub mod kernel;
 pub mod lanes;
