@@ -156,6 +156,7 @@ fn print_table(rows: &[Row]) {
     println!(
         "median, 95th: relative error of the adjoint against central differences of step {coarse:e}, where those\n\
          agree with step {fine:e} to {CONVERGED:e}; they must be below {median:e} and {percentile:e}. idle: entries \
-         that\nchange nothing. f32: relative error of the gradient in single precision over {HORIZON} control steps."
+         that\nchange nothing. f32: how far the gradient over {HORIZON} control steps in single precision is from \
+         that in\ndouble, as a share of its norm."
     );
 }

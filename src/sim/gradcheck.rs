@@ -215,16 +215,20 @@ impl Case {
     /// # Errors
     /// The simulator's.
     pub fn single_precision_error(&self, tool: usize) -> Result<f64, SimError> {
-        let (single, double) = (self.gradient::<f32>()?, self.gradient::<f64>()?);
         let columns = self.columns(tool);
-        let of_tool = |rows: &[Vec<f64>]| -> Vec<f64> {
+        let of_tool = |rows: Vec<Vec<f64>>| -> Vec<f64> {
             rows.iter().flat_map(|row| row[columns.clone()].to_vec()).collect()
         };
-        let (single, double) = (of_tool(&single), of_tool(&double));
-        let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
-        let off = norm(&mut single.iter().zip(&double).map(|(a, b)| a - b));
-        Ok(if off == 0.0 { 0.0 } else { off / norm(&mut double.iter().copied()) })
+        let (single, double) = (of_tool(self.gradient::<f32>()?), of_tool(self.gradient::<f64>()?));
+        Ok(relative_distance(&single, &double))
     }
+}
+
+/// `|a - b| / |b|`, 0 if both are the same.
+fn relative_distance(a: &[f64], b: &[f64]) -> f64 {
+    let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
+    let off = norm(&mut a.iter().zip(b).map(|(a, b)| a - b));
+    if off == 0.0 { 0.0 } else { off / norm(&mut b.iter().copied()) }
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 //! finite differences, closed forms, and itself: threads, precisions, memory limits.
 
 mod conservation;
+mod contact;
 mod determinism;
 mod gradient;
 mod scenes;
