@@ -17,7 +17,7 @@ use donut::view::scene::{self, RenderScene};
 
 const SIZE: [usize; 2] = [300, 225];
 /// Control steps that the tool has pressed for.
-const STEPS: usize = 16;
+const STEPS: usize = 30;
 const PARTICLES: usize = 4000;
 
 fn main() -> Result<()> {
@@ -73,7 +73,7 @@ fn picture(dough: &[[f64; 3]], tool: &Tool, pose: &ToolPose) -> RenderScene {
         spacing,
         table: low + 0.5 * spacing,
         tools: bodies.iter().map(|body| (surface.moved(body), scene::material(&tool.name))).collect(),
-        bounds: Bounds { min: [0.36, 0.04, 0.36], max: [0.64, 0.26, 0.64] },
+        bounds: Bounds { min: [0.39, 0.04, 0.39], max: [0.61, 0.24, 0.61] },
         dough,
     }
 }

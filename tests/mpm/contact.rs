@@ -53,6 +53,9 @@ fn a_thin_plate_lets_no_particle_through_at_full_speed() {
     let plate_x = sim.poses(steps)[0].position[0];
     let behind = sim.positions(steps).iter().filter(|p| p[0] < plate_x).count();
     assert_eq!(behind, 0, "plate at {plate_x}");
+    // Measured: none is even half a cell inside.
+    let (deepest, inside) = sunk(&sim, steps);
+    assert_eq!(inside, 0, "the deepest is {deepest} m inside");
 }
 
 #[test]
@@ -113,7 +116,7 @@ fn dough_keeps_its_volume_under_a_long_press() {
     tool.lower_bound[1] = 0.06;
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let pose = ToolPose { position: [0.5, 0.21, 0.5], rotation: [half, half, 0.0, 0.0], gap: 0.0 };
-    let press = |step: usize| vec![if step / 10 % 2 == 0 { 0.3 } else { -0.3 }, 0.0, -0.25, 0.0];
+    let press = |step: usize| vec![if (step / 10).is_multiple_of(2) { 0.3 } else { -0.3 }, 0.0, -0.25, 0.0];
     let mut actions: Vec<Vec<f64>> = (0..100).map(press).collect();
     actions.extend(vec![vec![0.0, 0.0, 1.0, 0.0]; 40]);
     let sim = run(&start, tool, pose, &actions);
@@ -123,11 +126,11 @@ fn dough_keeps_its_volume_under_a_long_press() {
     };
     let (before, after) = (volume(0), volume(140));
     let least = (0..=100).map(volume).fold(f64::INFINITY, f64::min);
-    // The return mapping keeps det F; what is lost under the pin is elastic and comes back.
+    // The return mapping keeps det F; what is lost under the pin is elastic and comes back. Measured: a drift of
+    // -3.5e-4, and 0.984 of the settled volume at least.
     let drift = after / before - 1.0;
     assert!(
-        drift.abs() < 2e-3 && least > 0.97 * before,
+        drift.abs() < 1e-3 && least > 0.98 * before,
         "volume drifted by {drift:e} after 100 control steps of pressing, and was {least} of undeformed at least"
     );
-    println!("volume: drift {drift:e}, least {:e} of the settled", least / before);
 }

@@ -5,6 +5,7 @@ mod conservation;
 mod contact;
 mod determinism;
 mod gradient;
+mod primitives;
 mod scenes;
 mod units;
 
