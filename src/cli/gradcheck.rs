@@ -31,7 +31,7 @@ pub struct GradcheckArgs {
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     entries: u32,
     /// Particles of a task's dough; a scene brings its own.
-    #[arg(long, default_value_t = gradcheck::PARTICLES as u32, value_parser = clap::value_parser!(u32).range(16..=1_000_000))]
+    #[arg(long, default_value_t = gradcheck::PARTICLES, value_parser = clap::value_parser!(u32).range(16..=1_000_000))]
     particles: u32,
     /// Seed of the entries, and of a task's dough and actions.
     #[arg(long, default_value_t = 0)]
@@ -93,8 +93,7 @@ fn of_scene(path: &std::path::Path, args: &GradcheckArgs) -> Result<Vec<Job>> {
 fn of_task(args: &GradcheckArgs) -> Result<Vec<Job>> {
     let scene = load_scene(&args.task)?;
     let names: Vec<String> = scene.tools.iter().map(|t| t.tool.name.clone()).collect();
-    let particles = args.particles as usize;
-    let cases = gradcheck::cases(&scene, particles, args.seed, wanted(args, &names)?)?;
+    let cases = gradcheck::cases(&scene, args.particles as usize, args.seed, wanted(args, &names)?)?;
     let job = |(tool, long): (String, Case)| Job { tool, index: 0, short: long.over(gradcheck::STEPS), long };
     Ok(cases.into_iter().map(job).collect())
 }

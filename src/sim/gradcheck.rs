@@ -81,7 +81,7 @@ pub struct Summary {
     /// Those that change nothing, such as a tool's motion after it has left the dough; they count for
     /// nothing below.
     pub idle: usize,
-    /// Those whose finite difference has not converged, as (step, component).
+    /// Those whose finite difference has not converged, as (step, component), in this order.
     pub unconverged: Vec<(usize, usize)>,
     /// Median and 95th percentile of the others' errors; none if there are no others.
     pub median: Option<f64>,
@@ -97,10 +97,13 @@ impl Summary {
         // The smallest error that the given share of all errors does not exceed.
         let rank = |share: f64| (share * errors.len() as f64).ceil() as usize;
         let quantile = |share: f64| errors.get(rank(share).saturating_sub(1)).copied();
+        let mut unconverged: Vec<(usize, usize)> =
+            moving().filter(|e| !e.has_converged()).map(|e| (e.step, e.component)).collect();
+        unconverged.sort_unstable();
         Self {
             entries: entries.len(),
             idle: entries.len() - moving().count(),
-            unconverged: moving().filter(|e| !e.has_converged()).map(|e| (e.step, e.component)).collect(),
+            unconverged,
             median: quantile(0.5),
             percentile_95: quantile(0.95),
         }

@@ -17,7 +17,7 @@ use crate::sim::gradcheck::{Case, HORIZON};
 use crate::sim::{Motion, Options, ParticleState, SimError};
 
 /// Particles of the dough unless one says otherwise: few, so that hundreds of rollouts take seconds.
-pub const PARTICLES: usize = 600;
+pub const PARTICLES: u32 = 600;
 /// Control steps of a rollout that is checked by finite differences: rounding, which contact amplifies from
 /// step to step, must not drown them.
 pub const STEPS: usize = 10;
