@@ -30,6 +30,30 @@ fn a_shown_task_is_a_file_that_checks() {
 }
 
 #[test]
+fn the_plain_primitives_are_shapes_of_a_task_file() {
+    let (_, text, _) = donut(&["tasks", "--show", "donut"]);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.toml");
+    let pole = "shape = { capsule = { radius_m = 0.03, length_m = 0.2 } }";
+    assert!(text.contains(pole));
+    for shape in [
+        "{ box = { half_extents_m = [0.015, 0.05, 0.1] } }",
+        "{ sphere = { radius_m = 0.04 } }",
+        "{ cylinder = { radius_m = 0.04, length_m = 0.1 } }",
+        "{ torus = { radius_m = 0.05, tube_radius_m = 0.015 } }",
+    ] {
+        std::fs::write(&file, text.replace(pole, &format!("shape = {shape}"))).unwrap();
+        let (code, _, error) = donut(&["check", "--task", file.to_str().unwrap()]);
+        assert_eq!(code, 0, "{shape}: {error}");
+    }
+    let flat = "shape = { torus = { radius_m = 0.05, tube_radius_m = 0.0 } }";
+    std::fs::write(&file, text.replace(pole, flat)).unwrap();
+    let (code, _, error) = donut(&["check", "--task", file.to_str().unwrap()]);
+    assert_eq!(code, 2);
+    assert!(error.contains("torus.tube_radius_m"), "{error}");
+}
+
+#[test]
 fn bad_tasks_get_one_error_and_exit_code_2() {
     let (code, out, error) = donut(&["check", "--task", "bagguette"]);
     assert_eq!((code, out.as_str()), (2, ""));

@@ -1,12 +1,13 @@
 //! The command line: one file a subcommand. Parses flags, calls the library, prints results.
 //!
 //! Exit codes: 0 the command did what it was asked (for `plan`: the target was reached), 1 `plan`
-//! ran to its end without reaching the target's threshold, 2 an error. Results go to standard
+//! ran to its end without reaching the target's threshold, or `gradcheck` found a wrong gradient, 2 an error. Results go to standard
 //! output, progress and errors to standard error.
 
 mod bench;
 mod check;
 mod emd;
+mod gradcheck;
 mod plan;
 mod progress;
 mod record;
@@ -36,6 +37,7 @@ enum Command {
     Subgoals(subgoals::SubgoalsArgs),
     Emd(emd::EmdArgs),
     Simulate(simulate::SimulateArgs),
+    Gradcheck(gradcheck::GradcheckArgs),
     Bench(bench::BenchArgs),
 }
 
@@ -50,6 +52,7 @@ pub fn main() -> ExitCode {
         Command::Subgoals(args) => subgoals::run(&args),
         Command::Emd(args) => emd::run(&args),
         Command::Simulate(args) => simulate::run(&args),
+        Command::Gradcheck(args) => gradcheck::run(&args),
         Command::Bench(args) => bench::run(&args),
     };
     match outcome {

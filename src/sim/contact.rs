@@ -3,6 +3,19 @@
 //! A node's position and velocity and a tool's frames at both ends of a substep come in; the velocity
 //! after contact goes out (PlasticineLab's softened Coulomb contact, Huang et al. 2021, section 3). All in
 //! f64, whatever the particles' precision. Imports tools.
+//!
+//! For a node at p with velocity v, at signed distance d from the tool's surface with outward normal N:
+//!
+//! - influence `a = min(exp(-d softness), 1)`: 1 at and under the surface, fading outside. The node is touched
+//!   where a > 0.1 (a jump, which is why finite differences there have no limit) or d <= 0;
+//! - `v_c = (p' - p) / dt`, the velocity of the tool's material at p: p' is where the tool's motion during
+//!   the substep would carry p;
+//! - `r = v - v_c`, its normal part `r_n = r . N`, and `t = r - min(r_n, 0) N`: what is left when the motion into
+//!   the tool is taken away;
+//! - Coulomb friction, where r_n < 0: t is shortened by `friction |r_n|`, to zero at most;
+//! - the node leaves with `v_c + (1 - a) r + a t`.
+//!
+//! Only velocities change. A particle that has come to be inside a tool is not pushed out.
 
 use nalgebra::Vector3;
 

@@ -11,6 +11,7 @@ use serde::Deserialize;
 use super::error::StoreError;
 use super::npz;
 use crate::math::cloud::Point;
+use crate::sim::gradcheck::Case;
 use crate::sim::particles::IDENTITY;
 use crate::sim::tool::{Motion, Shape, Tool, ToolPose};
 use crate::sim::{Params, ParticleState};
@@ -27,6 +28,15 @@ pub struct SimScene {
     pub actions: Vec<Vec<f64>>,
     /// Where the loss wants the particles, if the scene says so.
     pub target: Option<Vec<Point>>,
+}
+
+impl SimScene {
+    /// The scene as a rollout whose gradient can be checked, if it has a target.
+    pub fn gradient_case(&self) -> Option<Case> {
+        let target = self.target.clone()?;
+        let Self { params, tools, poses, start, actions, .. } = self.clone();
+        Some(Case { params, tools, poses, start, actions, target })
+    }
 }
 
 /// A scene that cannot be used.
@@ -81,6 +91,8 @@ enum Kind {
     Knife,
     Gripper,
     Sphere,
+    Cylinder,
+    Torus,
 }
 
 #[derive(Deserialize)]
@@ -89,6 +101,7 @@ struct ToolTable {
     kind: Kind,
     radius: Option<f64>,
     length: Option<f64>,
+    tube_radius: Option<f64>,
     half_extents: Option<[f64; 3]>,
     prism_size: Option<[f64; 2]>,
     prism_rotation: Option<[f64; 4]>,
@@ -209,6 +222,14 @@ fn check_tool(at: &At<'_>, t: &ToolTable) -> Result<(Tool, ToolPose), SceneError
             Shape::Capsule { radius: radius()?, length: at.need("length", t.length)? }
         }
         Kind::Sphere => Shape::Sphere { radius: radius()? },
+        Kind::Cylinder => {
+            let length = at.need("length", t.length)?;
+            Shape::Cylinder { radius: radius()?, length: at.positive("length", length)? }
+        }
+        Kind::Torus => {
+            let tube_radius = at.need("tube_radius", t.tube_radius)?;
+            Shape::Torus { radius: radius()?, tube_radius: at.positive("tube_radius", tube_radius)? }
+        }
         Kind::Box | Kind::Gripper => Shape::Box { half_extents: half_extents()? },
         Kind::Knife => Shape::Knife {
             half_extents: half_extents()?,
@@ -218,7 +239,7 @@ fn check_tool(at: &At<'_>, t: &ToolTable) -> Result<(Tool, ToolPose), SceneError
     };
     let motion = match t.kind {
         Kind::RollingPin => Motion::RollingPin,
-        Kind::Capsule | Kind::Knife | Kind::Sphere => Motion::Translation,
+        Kind::Capsule | Kind::Knife | Kind::Sphere | Kind::Cylinder | Kind::Torus => Motion::Translation,
         Kind::Box => Motion::Rigid,
         Kind::Gripper => Motion::Gripper {
             minimal_gap: at.need("minimal_gap", t.minimal_gap)?,

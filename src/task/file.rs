@@ -79,6 +79,8 @@ pub enum ToolShape {
     Box { half_extents_m: [f64; 3] },
     Knife { half_extents_m: [f64; 3], prism_size_m: [f64; 2], prism_rotation_wxyz: [f64; 4] },
     Sphere { radius_m: f64 },
+    Cylinder { radius_m: f64, length_m: f64 },
+    Torus { radius_m: f64, tube_radius_m: f64 },
 }
 
 /// `[[tools]] motion`: a word, or a table for the gripper.

@@ -7,6 +7,7 @@
 pub mod error;
 pub mod file;
 pub mod generate;
+pub mod gradcheck;
 mod names;
 pub mod neighbours;
 pub mod pieces;

@@ -97,6 +97,14 @@ fn check_shape(key: &str, shape: &ToolShape) -> Result<Shape, Complaint> {
         ToolShape::Sphere { radius_m } => {
             Shape::Sphere { radius: positive(&at("sphere.radius_m"), radius_m)? }
         }
+        ToolShape::Cylinder { radius_m, length_m } => Shape::Cylinder {
+            radius: positive(&at("cylinder.radius_m"), radius_m)?,
+            length: positive(&at("cylinder.length_m"), length_m)?,
+        },
+        ToolShape::Torus { radius_m, tube_radius_m } => Shape::Torus {
+            radius: positive(&at("torus.radius_m"), radius_m)?,
+            tube_radius: positive(&at("torus.tube_radius_m"), tube_radius_m)?,
+        },
     })
 }
 

@@ -19,7 +19,7 @@ pub struct Mesh {
 
 /// Segments around a round shape.
 const AROUND: u32 = 40;
-/// Rings of a hemisphere, the pole included.
+/// Rings of a quarter of a circle.
 const RINGS: u32 = 10;
 
 impl Mesh {
@@ -28,6 +28,8 @@ impl Mesh {
         match *shape {
             Shape::Capsule { radius, length } => capsule(radius, length),
             Shape::Sphere { radius } => capsule(radius, 0.0),
+            Shape::Cylinder { radius, length } => cylinder(radius, length),
+            Shape::Torus { radius, tube_radius } => torus(radius, tube_radius),
             Shape::Box { half_extents } => convex(&box_planes(half_extents)),
             Shape::Knife { half_extents, prism_size, prism_rotation } => {
                 let mut planes = box_planes(half_extents);
@@ -70,27 +72,62 @@ fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
 }
 
+/// A point of a round surface's outline: distance from the y axis and height, and the normal's two parts.
+type Outline = (f64, f64, f64, f64);
+
+/// An arc of a circle of `radius` around (`from_axis`, `height`), angles from straight up towards outside.
+fn arc(radius: f64, from_axis: f64, height: f64, from: f64, to: f64, steps: u32) -> Vec<Outline> {
+    (0..=steps)
+        .map(|k| {
+            let (sin, cos) = (from + (to - from) * f64::from(k) / f64::from(steps)).sin_cos();
+            (from_axis + radius * sin, height + radius * cos, sin, cos)
+        })
+        .collect()
+}
+
 /// A capsule around the y axis from -length/2 to length/2.
 fn capsule(radius: f64, length: f64) -> Mesh {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let mut outline = arc(radius, 0.0, 0.5 * length, 0.0, quarter, RINGS);
+    outline.extend(arc(radius, 0.0, -0.5 * length, quarter, 2.0 * quarter, RINGS));
+    revolved(&[outline])
+}
+
+/// A cylinder around the y axis from -length/2 to length/2: its wall and its ends meet at an edge.
+fn cylinder(radius: f64, length: f64) -> Mesh {
+    let h = 0.5 * length;
+    revolved(&[
+        vec![(0.0, h, 0.0, 1.0), (radius, h, 0.0, 1.0)],
+        vec![(radius, h, 1.0, 0.0), (radius, -h, 1.0, 0.0)],
+        vec![(radius, -h, 0.0, -1.0), (0.0, -h, 0.0, -1.0)],
+    ])
+}
+
+/// A torus around the y axis.
+fn torus(radius: f64, tube_radius: f64) -> Mesh {
+    revolved(&[arc(tube_radius, radius, 0.0, 0.0, std::f64::consts::TAU, 2 * RINGS)])
+}
+
+/// Outlines turned around the y axis; a surface is smooth along each. They run from top to bottom as seen
+/// from outside.
+fn revolved(outlines: &[Vec<Outline>]) -> Mesh {
     let mut mesh = Mesh::default();
-    // Rings from the top pole to the bottom pole; the equator twice, once at each end of the axis.
-    let polar = |ring: u32| std::f64::consts::FRAC_PI_2 * f64::from(ring) / f64::from(RINGS);
-    let rings: Vec<(f64, f64)> = (0..=RINGS)
-        .map(|r| (polar(r), 0.5 * length))
-        .chain((0..=RINGS).map(|r| (std::f64::consts::FRAC_PI_2 + polar(r), -0.5 * length)))
-        .collect();
-    for &(angle, offset) in &rings {
-        for k in 0..AROUND {
-            let turn = std::f64::consts::TAU * f64::from(k) / f64::from(AROUND);
-            let normal = V::new(angle.sin() * turn.cos(), angle.cos(), angle.sin() * turn.sin());
-            mesh.vertex(radius * normal + V::y() * offset, normal);
+    for outline in outlines {
+        let first = mesh.positions.len() as u32;
+        for &(from_axis, height, out, up) in outline {
+            for k in 0..AROUND {
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(AROUND)).sin_cos();
+                mesh.vertex(
+                    V::new(from_axis * cos, height, from_axis * sin),
+                    V::new(out * cos, up, out * sin),
+                );
+            }
         }
-    }
-    for ring in 0..rings.len() as u32 - 1 {
-        for k in 0..AROUND {
-            let next = (k + 1) % AROUND;
-            let (a, b) = (ring * AROUND + k, ring * AROUND + next);
-            mesh.triangles.extend([[a, b, a + AROUND], [b, b + AROUND, a + AROUND]]);
+        for ring in 0..outline.len() as u32 - 1 {
+            for k in 0..AROUND {
+                let (a, b) = (first + ring * AROUND + k, first + ring * AROUND + (k + 1) % AROUND);
+                mesh.triangles.extend([[a, b, a + AROUND], [b, b + AROUND, a + AROUND]]);
+            }
         }
     }
     mesh
@@ -167,13 +204,33 @@ mod tests {
 
     #[test]
     fn meshes_have_the_size_of_their_shapes() {
-        let capsule = bounds(Shape::Capsule { radius: 0.03, length: 0.3 }).size();
-        for (found, expected) in capsule.into_iter().zip([0.06, 0.36, 0.06]) {
-            assert!((found - expected).abs() < 1e-6, "{capsule:?}");
+        for (shape, size) in [
+            (Shape::Capsule { radius: 0.03, length: 0.3 }, [0.06, 0.36, 0.06]),
+            (Shape::Box { half_extents: [0.1, 0.2, 0.3] }, [0.2, 0.4, 0.6]),
+            (Shape::Sphere { radius: 0.05 }, [0.1, 0.1, 0.1]),
+            (Shape::Cylinder { radius: 0.04, length: 0.2 }, [0.08, 0.2, 0.08]),
+            (Shape::Torus { radius: 0.08, tube_radius: 0.02 }, [0.2, 0.04, 0.2]),
+        ] {
+            let found = bounds(shape.clone()).size();
+            for (found, expected) in found.into_iter().zip(size) {
+                assert!((found - expected).abs() < 1e-6, "{shape:?}: {found:?}");
+            }
         }
-        let cuboid = bounds(Shape::Box { half_extents: [0.1, 0.2, 0.3] }).size();
-        for (found, expected) in cuboid.into_iter().zip([0.2, 0.4, 0.6]) {
-            assert!((found - expected).abs() < 1e-6, "{cuboid:?}");
+    }
+
+    #[test]
+    fn vertices_lie_on_the_shape_and_normals_are_its() {
+        for shape in [
+            Shape::Capsule { radius: 0.03, length: 0.3 },
+            Shape::Cylinder { radius: 0.04, length: 0.2 },
+            Shape::Torus { radius: 0.08, tube_radius: 0.02 },
+        ] {
+            let mesh = Mesh::of(&shape);
+            for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
+                let (p, n) = (V::from(p.map(f64::from)), V::from(n.map(f64::from)));
+                assert!(shape.distance(p).abs() < 1e-6, "{shape:?} at {p}");
+                assert!((shape.distance(p + n * 1e-3) - 1e-3).abs() < 1e-5, "{shape:?} at {p}");
+            }
         }
     }
 

@@ -64,6 +64,24 @@ fn threads_memory_and_reruns_do_not_change_a_bit_in_f64() {
 }
 
 #[test]
+fn a_long_horizon_has_the_same_bits_with_little_memory() {
+    let mut scene = scene("s2-pin");
+    scene.params.substeps = 4;
+    for state in [&mut scene.start.x, &mut scene.start.v] {
+        state.truncate(60);
+    }
+    scene.start.c.truncate(60);
+    scene.start.f.truncate(60);
+    let few = scene.actions.clone();
+    scene.actions = (0..400).map(|step| few[step % few.len()].iter().map(|a| 0.2 * a).collect()).collect();
+    let with = |memory_limit| bits::<f32>(&scene, Options { memory_limit, ..Options::default() }, 0);
+    let reference = with(usize::MAX);
+    // Room for the substeps of a few of the 400 control steps only, and for none.
+    assert!(with(1 << 20) == reference);
+    assert!(with(0) == reference);
+}
+
+#[test]
 fn double_precision_has_the_same_bits_with_all_instructions() {
     let scene = scene("s4-gripper");
     let with = |simd| bits::<f64>(&scene, Options { simd, ..Options::default() }, 0);

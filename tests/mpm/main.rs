@@ -2,8 +2,10 @@
 //! finite differences, closed forms, and itself: threads, precisions, memory limits.
 
 mod conservation;
+mod contact;
 mod determinism;
 mod gradient;
+mod primitives;
 mod scenes;
 mod units;
 

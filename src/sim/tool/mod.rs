@@ -5,11 +5,13 @@
 
 mod capsule;
 mod cuboid;
+mod cylinder;
 mod knife;
 pub mod motion;
 pub mod path;
 pub mod shape;
 mod sphere;
+mod torus;
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};

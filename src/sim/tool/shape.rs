@@ -1,12 +1,12 @@
 //! The shapes a tool may have: signed distance, its gradient, and the normal that contact uses.
 //!
 //! A point in the shape's own frame comes in. Distances are PlasticineLab's; box and knife normals are its
-//! central differences, so that results agree with it. Imports the shapes' own files.
+//! central differences, so that results agree with it; all other normals are exact. Imports the shapes' own files.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{capsule, cuboid, knife, sphere};
+use super::{capsule, cuboid, cylinder, knife, sphere, torus};
 
 /// The rigid shape of a tool in its own frame. Lengths in m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,6 +21,10 @@ pub enum Shape {
     Knife { half_extents: [f64; 3], prism_size: [f64; 2], prism_rotation: [f64; 4] },
     /// Ball.
     Sphere { radius: f64 },
+    /// Cylinder of `length` along local y with flat ends.
+    Cylinder { radius: f64, length: f64 },
+    /// Ring of `radius` around local y, thickened by `tube_radius`.
+    Torus { radius: f64, tube_radius: f64 },
 }
 
 /// Added under every root of a length, so that its derivative exists at zero.
@@ -50,6 +54,8 @@ impl Shape {
                 knife::distance(half_extents, prism_size, *prism_rotation, p)
             }
             Self::Sphere { radius } => sphere::distance(*radius, p),
+            Self::Cylinder { radius, length } => cylinder::distance(*radius, *length, p),
+            Self::Torus { radius, tube_radius } => torus::distance(*radius, *tube_radius, p),
         }
     }
 
@@ -62,14 +68,17 @@ impl Shape {
                 knife::gradient(half_extents, prism_size, *prism_rotation, p)
             }
             Self::Sphere { .. } => sphere::gradient(p),
+            Self::Cylinder { radius, length } => cylinder::gradient(*radius, *length, p),
+            Self::Torus { radius, .. } => torus::gradient(*radius, p),
         }
     }
 
     /// Outward normal at `p`.
     pub fn normal(&self, p: Vector3<f64>) -> Vector3<f64> {
         match self {
-            Self::Capsule { length, .. } => capsule::gradient(*length, p),
-            Self::Sphere { .. } => sphere::gradient(p),
+            Self::Capsule { .. } | Self::Sphere { .. } | Self::Cylinder { .. } | Self::Torus { .. } => {
+                self.gradient(p)
+            }
             Self::Box { .. } | Self::Knife { .. } => {
                 let g = self.central_difference(p);
                 g / length(g)
@@ -82,6 +91,8 @@ impl Shape {
         match self {
             Self::Capsule { length, .. } => capsule::gradient_adj(*length, p, n_adj),
             Self::Sphere { .. } => sphere::gradient_adj(p, n_adj),
+            Self::Cylinder { radius, length } => cylinder::gradient_adj(*radius, *length, p, n_adj),
+            Self::Torus { radius, .. } => torus::gradient_adj(*radius, p, n_adj),
             Self::Box { .. } | Self::Knife { .. } => {
                 let g_adj = direction_adj(self.central_difference(p), n_adj);
                 let mut p_adj = Vector3::zeros();
@@ -108,6 +119,8 @@ impl Shape {
             Self::Capsule { radius, length } => [*radius, 0.5 * length + radius, *radius],
             Self::Box { half_extents } | Self::Knife { half_extents, .. } => *half_extents,
             Self::Sphere { radius } => [*radius; 3],
+            Self::Cylinder { radius, length } => [*radius, 0.5 * length, *radius],
+            Self::Torus { radius, tube_radius } => [radius + tube_radius, *tube_radius, radius + tube_radius],
         }
     }
 }
@@ -125,6 +138,8 @@ mod tests {
             Shape::Box { half_extents },
             Shape::Knife { half_extents, prism_size: [0.15, 0.15], prism_rotation: [1.0, 0.0, 0.0, 0.58] },
             Shape::Sphere { radius: 0.05 },
+            Shape::Cylinder { radius: 0.05, length: 0.12 },
+            Shape::Torus { radius: 0.08, tube_radius: 0.02 },
         ]
     }
 
@@ -150,6 +165,52 @@ mod tests {
                     |p, y| shape.normal_adj(v3(p), v3(y)).as_slice().to_vec(),
                     Tolerance { relative: 1e-4, absolute: 1e-5 },
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn distances_of_the_round_primitives_at_points_that_can_be_checked_by_hand() {
+        let at = |shape: &Shape, p: [f64; 3]| shape.distance(p.into());
+        let cylinder = Shape::Cylinder { radius: 0.05, length: 0.12 };
+        for (p, expected) in [
+            ([0.07, 0.0, 0.0], 0.02),
+            ([0.0, -0.09, 0.0], 0.03),
+            ([0.0, 0.10, 0.08], 0.05),
+            ([0.0, 0.05, 0.0], -0.01),
+            ([0.0, 0.0, 0.0], -0.05),
+        ] {
+            assert!((at(&cylinder, p) - expected).abs() < 2e-7, "cylinder at {p:?}");
+        }
+        let torus = Shape::Torus { radius: 0.08, tube_radius: 0.02 };
+        for (p, expected) in [
+            ([0.0, 0.0, 0.13], 0.03),
+            ([0.08, 0.0, 0.0], -0.02),
+            ([0.0, 0.0, 0.0], 0.06),
+            ([-0.08, 0.05, 0.0], 0.03),
+            ([0.11, 0.04, 0.0], 0.03),
+        ] {
+            assert!((at(&torus, p) - expected).abs() < 2e-7, "torus at {p:?}");
+        }
+    }
+
+    #[test]
+    fn exact_normals_have_unit_length_and_are_finite_at_the_awkward_points() {
+        for shape in shapes() {
+            let half = shape.half_extents();
+            for p in [[0.0; 3], [half[0], half[1], 0.0], [0.0, half[1], 0.0], [0.0, 0.0, half[2]]] {
+                let n = shape.normal(p.into());
+                let adj = shape.normal_adj(p.into(), Vector3::new(1.0, -0.5, 0.3));
+                assert!(n.norm() < 1.0 + 1e-9 && adj.iter().all(|v| v.is_finite()), "{shape:?} at {p:?}");
+            }
+        }
+        let mut rng = seeded(2, "unit normals");
+        for shape in
+            [Shape::Cylinder { radius: 0.05, length: 0.12 }, Shape::Torus { radius: 0.08, tube_radius: 0.02 }]
+        {
+            for _ in 0..100 {
+                let n = shape.normal(Vector3::from_fn(|_, _| 0.1 * normal(&mut rng)));
+                assert!((n.norm() - 1.0).abs() < 1e-6, "{shape:?}: {n}");
             }
         }
     }

@@ -1,0 +1,161 @@
+//! `donut gradcheck`: checks the simulator's gradients against finite differences of its own forward pass.
+//!
+//! A task's tools or a scene come in; a table, a line a tool, or JSON goes to standard output. Exit code 0 if
+//! every tool keeps the bounds, 1 if not. Imports the task module, store's scenes and sim's check.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use comfy_table::{Table, presets};
+use serde::Serialize;
+
+use crate::sim::gradcheck::{BOUNDS, CONVERGED, Case, HORIZON, STEPS, Summary};
+use crate::store::sim_scene;
+use crate::task::{gradcheck, load_scene};
+
+/// Check the adjoint of whole rollouts against central finite differences in double precision.
+#[derive(Args)]
+pub struct GradcheckArgs {
+    /// Press each tool of this task into its dough: a task's name or the path of a task file.
+    #[arg(long, value_name = "NAME|FILE.toml", default_value = "donut")]
+    task: String,
+    /// Check a scene of `donut simulate` with an array `target` instead.
+    #[arg(long, value_name = "SCENE.json", conflicts_with = "task")]
+    scene: Option<PathBuf>,
+    /// Only the tool of this name (in a scene: of this kind).
+    #[arg(long)]
+    tool: Option<String>,
+    /// Random action entries that are tried for each tool; all, if there are fewer.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    entries: u32,
+    /// Particles of a task's dough; a scene brings its own.
+    #[arg(long, default_value_t = gradcheck::PARTICLES, value_parser = clap::value_parser!(u32).range(16..=1_000_000))]
+    particles: u32,
+    /// Seed of the entries, and of a task's dough and actions.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was found for one tool.
+#[derive(Serialize)]
+struct Row {
+    tool: String,
+    entries: usize,
+    idle: usize,
+    /// (step, component).
+    unconverged: Vec<(usize, usize)>,
+    median: Option<f64>,
+    percentile_95: Option<f64>,
+    single_precision: f64,
+    passes: bool,
+}
+
+/// One tool of a case, and the rollout over which precisions are compared.
+struct Job {
+    tool: String,
+    index: usize,
+    short: Case,
+    long: Case,
+}
+
+/// Runs the subcommand.
+pub fn run(args: &GradcheckArgs) -> Result<ExitCode> {
+    let jobs = match &args.scene {
+        Some(path) => of_scene(path, args)?,
+        None => of_task(args)?,
+    };
+    let rows: Vec<Row> = jobs.iter().map(|job| check(job, args)).collect::<Result<_>>()?;
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&rows)?);
+    } else {
+        print_table(&rows);
+    }
+    Ok(if rows.iter().all(|row| row.passes) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn of_scene(path: &std::path::Path, args: &GradcheckArgs) -> Result<Vec<Job>> {
+    let scene = sim_scene::read(path)?;
+    let Some(case) = scene.gradient_case() else {
+        bail!("{}: a check needs an array `target` (n, 3) among the scene's arrays", path.display());
+    };
+    let names: Vec<String> = scene.tools.iter().map(|t| t.name.clone()).collect();
+    let wanted = wanted(args, &names)?;
+    let job =
+        |(index, tool): (usize, String)| Job { tool, index, short: case.clone(), long: case.over(HORIZON) };
+    Ok(names.into_iter().enumerate().filter(|(_, name)| wanted(name)).map(job).collect())
+}
+
+fn of_task(args: &GradcheckArgs) -> Result<Vec<Job>> {
+    let scene = load_scene(&args.task)?;
+    let names: Vec<String> = scene.tools.iter().map(|t| t.tool.name.clone()).collect();
+    let cases = gradcheck::cases(&scene, args.particles as usize, args.seed, wanted(args, &names)?)?;
+    let job = |(tool, long): (String, Case)| Job { tool, index: 0, short: long.over(gradcheck::STEPS), long };
+    Ok(cases.into_iter().map(job).collect())
+}
+
+/// Which tools are asked for; an error if none is.
+fn wanted<'a>(args: &'a GradcheckArgs, names: &[String]) -> Result<impl Fn(&str) -> bool + 'a> {
+    match &args.tool {
+        Some(tool) if !names.contains(tool) => {
+            bail!("there is no tool `{tool}`; the tools are {}", names.join(", "))
+        }
+        None if names.is_empty() => bail!("the scene has no tool, so there is no gradient to check"),
+        tool => Ok(move |name: &str| tool.as_deref().is_none_or(|t| t == name)),
+    }
+}
+
+fn check(job: &Job, args: &GradcheckArgs) -> Result<Row> {
+    let at = || format!("the rollout of the {}", job.tool);
+    let entries = job.short.entries(job.index, args.entries as usize, args.seed).with_context(at)?;
+    let single_precision = job.long.single_precision_error(job.index).with_context(at)?;
+    let summary = Summary::of(&entries);
+    Ok(Row {
+        tool: job.tool.clone(),
+        passes: summary.passes(),
+        entries: summary.entries,
+        idle: summary.idle,
+        unconverged: summary.unconverged,
+        median: summary.median,
+        percentile_95: summary.percentile_95,
+        single_precision,
+    })
+}
+
+/// More entries than this are counted only.
+const LISTED: usize = 8;
+
+fn print_table(rows: &[Row]) {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    table.set_header(["tool", "entries", "idle", "not converged", "median", "95th", "f32", ""]);
+    let figure = |v: Option<f64>| v.map_or("-".to_string(), |v| format!("{v:.1e}"));
+    for row in rows {
+        table.add_row([
+            row.tool.clone(),
+            row.entries.to_string(),
+            row.idle.to_string(),
+            row.unconverged.len().to_string(),
+            figure(row.median),
+            figure(row.percentile_95),
+            figure(Some(row.single_precision)),
+            if row.passes { "ok" } else { "FAILED" }.to_string(),
+        ]);
+    }
+    println!("{}", table.trim_fmt());
+    for row in rows.iter().filter(|r| (1..=LISTED).contains(&r.unconverged.len())) {
+        let list: Vec<String> = row.unconverged.iter().map(|(s, c)| format!("{s}/{c}")).collect();
+        println!("{}: not converged at step/component {}", row.tool, list.join(", "));
+    }
+    let ([coarse, fine], [median, percentile]) = (STEPS, BOUNDS);
+    println!(
+        "median, 95th: relative error of the adjoint against central differences of step {coarse:e}, where those\n\
+         agree with step {fine:e} to {CONVERGED:e}; they must be below {median:e} and {percentile:e}. idle: entries \
+         that\nchange nothing. f32: how far the gradient over {HORIZON} control steps in single precision is from \
+         that in\ndouble, as a share of its norm."
+    );
+}
