@@ -9,7 +9,7 @@ use crate::task::Scene;
 use crate::task::run::{StageRun, TaskRun, normalised_decrease};
 
 /// The planning method, as results name it.
-const METHOD: &str = "paper";
+const METHOD: &str = "algorithm-1";
 /// How EMDs are computed, as results name it.
 const ESTIMATOR: &str = "exact assignment, all particles, settled dough";
 
