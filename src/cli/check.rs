@@ -14,7 +14,7 @@ use crate::task::{Scene, StagePlan, Target, load_scene};
 /// Generated targets that are tried for room: as many as a benchmark draws.
 const TARGETS: u64 = 5;
 
-/// Check a task file and print the numbers derived from it.
+/// Checks a task file and prints the numbers derived from it.
 #[derive(Args)]
 pub struct CheckArgs {
     /// A task's name (see `donut tasks`) or the path of a task file.

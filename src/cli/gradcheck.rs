@@ -15,7 +15,7 @@ use crate::sim::gradcheck::{BOUNDS, CONVERGED, Case, HORIZON, STEPS, Summary};
 use crate::store::sim_scene;
 use crate::task::{gradcheck, load_scene};
 
-/// Check the adjoint of whole rollouts against central finite differences in double precision.
+/// Checks the adjoint of whole rollouts against central finite differences in double precision.
 #[derive(Args)]
 pub struct GradcheckArgs {
     /// Press each tool of this task into its dough: a task's name or the path of a task file.

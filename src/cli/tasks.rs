@@ -9,7 +9,7 @@ use comfy_table::{Table, presets};
 
 use crate::task::{TaskSource, built_in_names, load_scene};
 
-/// List the tasks that donut knows by name.
+/// Lists the tasks that donut knows by name.
 #[derive(Args)]
 pub struct TasksArgs {
     /// Print this task's file instead, to copy and change; the one of `donut` explains every key.

@@ -32,6 +32,9 @@ pub struct GridUpdate<'a, T> {
 /// Which contacts may touch a pencil, as bits.
 type ContactBits = u64;
 
+/// Most parts that all tools of a world may have together: one bit each.
+pub const PARTS_MAX: usize = ContactBits::BITS as usize;
+
 impl<T: Real> GridUpdate<'_, T> {
     /// Sums the shares into `momentum` and writes the velocities after forces, tools and walls into
     /// `velocity`; both hold the pencils' nodes, four components each.

@@ -6,6 +6,7 @@
 
 use super::epoch::{Epoch, Trace};
 use super::error::{Operation, SimError};
+use super::grid::PARTS_MAX;
 use super::lanes::{Real, SimdLevel};
 use super::layout::Layout;
 use super::params::Params;
@@ -139,8 +140,15 @@ impl<T: Real> Simulator<T> {
         for step in 0..self.steps {
             let mut done = 0;
             while done < substeps {
-                let (count, bytes) =
-                    self.run_epoch(step * substeps + done, substeps - done, &mut ids, memory)?;
+                let run = self.run_epoch(step * substeps + done, substeps - done, &mut ids, memory);
+                let (count, bytes) = match run {
+                    Ok(run) => run,
+                    Err(error) => {
+                        // What is there is no rollout: a backward pass must not start from it.
+                        self.used = 0;
+                        return Err(error);
+                    }
+                };
                 memory = memory.saturating_sub(bytes);
                 done += count;
             }
@@ -160,6 +168,10 @@ impl<T: Real> Simulator<T> {
         }
         if poses.len() != self.tools.len() {
             return shape(format!("{} tools need as many poses, not {}", self.tools.len(), poses.len()));
+        }
+        let parts: usize = self.tools.iter().map(|t| t.sides().len()).sum();
+        if parts > PARTS_MAX {
+            return shape(format!("the tools have {parts} parts; {PARTS_MAX} are possible"));
         }
         let width: usize = self.tools.iter().map(Tool::action_len).sum();
         if let Some((step, row)) = actions.iter().enumerate().find(|(_, row)| row.len() != width) {

@@ -121,7 +121,8 @@ fn errors_name_operation_step_and_particle() {
     start.f[7] = [f64::NAN; 9];
     let error = sim.rollout(&start, &[], &[vec![]]).unwrap_err();
     assert!(matches!(error, SimError::NonFinite { particle: 7, .. }), "{error}");
-    // The simulator is usable afterwards.
+    // What broke down has no gradient; the simulator is usable afterwards.
+    assert!(matches!(sim.rollout_adj(&[]), Err(SimError::Shape(_))));
     start.f[7] = start.f[6];
     sim.rollout(&start, &[], &[vec![]]).unwrap();
     // A particle at a speed that outruns its layout only costs a new layout.

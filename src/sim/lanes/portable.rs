@@ -5,7 +5,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use super::{LANES, Lanes, Real};
+use super::{LANES, Lanes};
 
 /// Sixteen numbers in an array.
 #[derive(Clone, Copy, Debug)]
@@ -220,10 +220,3 @@ macro_rules! portable {
 
 portable!(f32, u32, 23, 127);
 portable!(f64, u64, 52, 1023);
-
-// `Real` is what `Portable` is generic for; naming it here keeps the bound next to the data.
-impl<T: Real> Default for Portable<T> {
-    fn default() -> Self {
-        Self([T::default(); LANES])
-    }
-}
