@@ -20,7 +20,8 @@ use crate::sim::{Options, SimdLevel};
 use crate::store::atomic::RunDir;
 use crate::store::record::Summary;
 use crate::store::run_dir::write_and_commit;
-use crate::task::run::run_task;
+use crate::plan::settings::{Effort, Method, SearchSettings};
+use crate::task::run::{Planning, run_task};
 use crate::task::source::TaskSource;
 use crate::task::{Scene, Target};
 use crate::view::report;
@@ -63,6 +64,15 @@ pub struct PlanArgs {
     /// Control steps a stage may take, instead of the task's number.
     #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     max_steps: Option<u32>,
+    /// How stages are planned.
+    #[arg(long, value_enum, default_value_t)]
+    method: Method,
+    /// How long the method `donut` may search.
+    #[arg(long, value_enum, default_value_t)]
+    effort: Effort,
+    /// Parameters of the method `donut` to change, as JSON
+    #[arg(long, hide = true)]
+    tune: Option<String>,
     /// Threads; the result does not depend on them. All processors if not given.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -82,7 +92,17 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
     let options = args.options()?;
 
     let mut progress = ProgressLine::new(scene.planner.max_steps, scene.planner.iterations);
-    let run = run_task(&scene, &stages, args.seed, &options, |event| progress.show(&event))?;
+    let mut search = SearchSettings::of(args.effort);
+    if let Some(t) = &args.tune {
+        let mut v = serde_json::to_value(&search)?;
+        let over: serde_json::Value = serde_json::from_str(t)?;
+        for (k, x) in over.as_object().unwrap() {
+            v[k] = x.clone();
+        }
+        search = serde_json::from_value(v)?;
+    }
+    let planning = Planning { method: args.method, search };
+    let run = run_task(&scene, &stages, &planning, args.seed, &options, |event| progress.show(&event))?;
     progress.finish();
 
     let inputs = RunInputs {

@@ -3,6 +3,7 @@
 //! A [`TaskRun`] and what it was made from come in, a [`RunRecord`] goes out. Imports task and store.
 
 use crate::llm::stage::Stage;
+use crate::math::cloud::Point;
 use crate::store::record::{PlanFile, RunRecord, Segment, StagePlan, StageSummary, Summary};
 use crate::store::trajectory::{Step, Trajectory};
 use crate::task::Scene;
@@ -31,7 +32,7 @@ pub fn record(inputs: &RunInputs<'_>, run: &TaskRun) -> RunRecord {
     for (index, stage) in run.stages.iter().enumerate() {
         trajectory.subgoals.push(stage.subgoal.target.clone());
         let segments = push_segments(&mut trajectory, index, stage);
-        push_settling(&mut trajectory, index, stage);
+        push_free(&mut trajectory, index, &stage.settling, stage.emd_final);
         stages.push(StagePlan {
             title: stage.title.clone(),
             tool: stage.tool,
@@ -90,19 +91,19 @@ fn push_segments(trajectory: &mut Trajectory, index: usize, stage: &StageRun) ->
                 tool_pose: s.horizon.poses[k],
                 stage: index,
                 action: &s.horizon.actions[k],
-                emd: if k == last { s.emd_after } else { f64::NAN },
+                emd: if k == last && s.settling.is_empty() { s.emd_after } else { f64::NAN },
             });
         }
+        push_free(trajectory, index, &s.settling, s.emd_after);
     }
     segments
 }
 
-/// Adds the free steps after a stage.
-fn push_settling(trajectory: &mut Trajectory, index: usize, stage: &StageRun) {
-    let last = stage.settling.len().saturating_sub(1);
-    for (k, frame) in stage.settling.iter().enumerate() {
-        let emd = if k == last { stage.emd_final } else { f64::NAN };
-        trajectory.push_free(frame, index, emd);
+/// Adds free steps, after which the EMD is `emd`.
+fn push_free(trajectory: &mut Trajectory, index: usize, frames: &[Vec<Point>], emd: f64) {
+    let last = frames.len().saturating_sub(1);
+    for (k, frame) in frames.iter().enumerate() {
+        trajectory.push_free(frame, index, if k == last { emd } else { f64::NAN });
     }
 }
 

@@ -46,7 +46,7 @@ impl Placement<'_> {
     /// the tool fits nowhere.
     pub fn best(&self, failed: &[ToolPose]) -> Option<ToolPose> {
         let scored: Vec<(f64, ToolPose)> =
-            self.candidates().into_iter().map(|pose| (self.score(&pose), pose)).collect();
+            self.candidates(self.rest.rotation).into_iter().map(|pose| (self.score(&pose), pose)).collect();
         let is_new =
             |pose: &ToolPose| failed.iter().all(|f| distance(f.position, pose.position) > SAME_PLACE);
         let middle = self.middle();
@@ -68,7 +68,8 @@ impl Placement<'_> {
         centroid(&active)
     }
 
-    fn score(&self, pose: &ToolPose) -> f64 {
+    /// How well the dough near `pose` should go where the tool there would push it.
+    pub fn score(&self, pose: &ToolPose) -> f64 {
         let by_direction =
             self.score == StartScore::Direction && !matches!(self.tool.motion, Motion::Gripper { .. });
         self.active
@@ -88,8 +89,8 @@ impl Placement<'_> {
             .sum()
     }
 
-    /// Poses over a grid on the active dough, as low as the dough lets them.
-    fn candidates(&self) -> Vec<ToolPose> {
+    /// Poses of this orientation over a grid on the active dough, as low as the dough lets them.
+    pub fn candidates(&self, rotation: [f64; 4]) -> Vec<ToolPose> {
         let active: Vec<Point> = self.active.iter().map(|&i| self.positions[i]).collect();
         let Some(bounds) = Bounds::of(&active) else { return Vec::new() };
         let at = |axis: usize, k: usize| {
@@ -102,8 +103,8 @@ impl Placement<'_> {
             for k in 0..GRID {
                 for gap in self.gaps() {
                     let pose =
-                        ToolPose { position: [at(0, i), 0.0, at(2, k)], rotation: self.rest.rotation, gap };
-                    poses.extend(self.lower(pose, bounds.max[1]));
+                        ToolPose { position: [at(0, i), 0.0, at(2, k)], rotation, gap };
+                    poses.extend(self.lowered(pose));
                 }
             }
         }
@@ -123,12 +124,14 @@ impl Placement<'_> {
     ///
     /// A gripper works from the sides: a pose in which it comes down on the dough, or in which no dough
     /// is between its plates, is none.
-    fn lower(&self, mut pose: ToolPose, top: f64) -> Option<ToolPose> {
+    pub fn lowered(&self, mut pose: ToolPose) -> Option<ToolPose> {
         let lowest = self.tool.lower_bound[1];
+        pose.position[1] = 0.0;
+        let near: Vec<Point> = self.under(&pose);
         // Above this height the tool touches nothing.
         let (min, _) = self.tool.bounds(&pose);
+        let top = near.iter().map(|p| p[1]).fold(0.0, f64::max);
         let mut y = (top + CLEARANCE - min[1] + DESCENT[0]).clamp(lowest, self.tool.upper_bound[1]);
-        let near: Vec<Point> = self.under(&pose);
         let is_free = |y: f64, pose: &mut ToolPose| {
             pose.position[1] = y;
             near.iter().all(|p| self.tool.distance(pose, *p) >= CLEARANCE)

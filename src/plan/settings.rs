@@ -36,6 +36,85 @@ pub struct PlannerSettings {
     pub max_failures: usize,
 }
 
+/// How a stage is planned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// A search over strokes, coarse to fine, refined by gradients.
+    #[default]
+    Donut,
+    /// Algorithm 1 of the paper.
+    Paper,
+}
+
+/// How much a search may cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Effort {
+    /// For a first look.
+    Quick,
+    /// What the published scores were made with.
+    #[default]
+    Normal,
+    /// Some three times as long.
+    Thorough,
+}
+
+/// Parameters of the method `donut`: the same for all tasks and tools.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SearchSettings {
+    /// Particles to search with.
+    pub particles: usize,
+    /// Strokes that a generation tries.
+    pub population: usize,
+    /// Generations a stroke is searched for.
+    pub generations: usize,
+    /// The best strokes so far, from which a generation descends.
+    pub parents: usize,
+    /// Points between which a stroke's actions are interpolated.
+    pub knots: usize,
+    /// Lengths that a stroke may have, control steps.
+    pub lengths: Vec<usize>,
+    /// A stroke's worth is what it gains divided by its length to this power.
+    pub length_exponent: f64,
+    /// Gradient steps that refine the best stroke.
+    pub gradient_steps: usize,
+    /// Learning rate of these steps, on the knots.
+    pub learning_rate: f64,
+    /// Free control steps after each stroke, with the tool withdrawn.
+    pub settle_steps: usize,
+    /// A stroke must lower the EMD by this share.
+    pub least_gain: f64,
+    /// Strokes in a row that may bring nothing before a stage gives up.
+    pub max_failures: usize,
+}
+
+impl SearchSettings {
+    /// The settings of an effort.
+    pub fn of(effort: Effort) -> Self {
+        let (particles, population, generations) = match effort {
+            Effort::Quick => (800, 16, 3),
+            Effort::Normal => (1000, 24, 5),
+            Effort::Thorough => (1500, 40, 7),
+        };
+        Self {
+            particles,
+            population,
+            generations,
+            parents: 6,
+            knots: 4,
+            lengths: vec![15, 25, 40],
+            length_exponent: 0.5,
+            gradient_steps: 0,
+            learning_rate: 0.05,
+            settle_steps: 10,
+            least_gain: 0.002,
+            max_failures: 2,
+        }
+    }
+}
+
 /// What makes a start pose good.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -49,6 +49,7 @@
 //! Sums are taken in an order that does not depend on the number of threads.
 
 mod block;
+pub mod batch;
 pub mod boundary;
 pub mod constitutive;
 pub mod contact;
@@ -71,6 +72,7 @@ pub mod substep;
 pub mod tool;
 pub mod transfer;
 
+pub use batch::Batch;
 pub use error::SimError;
 pub use lanes::SimdLevel;
 pub use params::Params;

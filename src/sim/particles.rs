@@ -52,6 +52,16 @@ impl ParticleState {
         self.x.is_empty()
     }
 
+    /// The particles `ids` alone, in that order.
+    pub fn select(&self, ids: &[usize]) -> Self {
+        Self {
+            x: ids.iter().map(|&i| self.x[i]).collect(),
+            v: ids.iter().map(|&i| self.v[i]).collect(),
+            c: ids.iter().map(|&i| self.c[i]).collect(),
+            f: ids.iter().map(|&i| self.f[i]).collect(),
+        }
+    }
+
     /// All numbers of particle `i`, in packed order.
     pub(crate) fn fields(&self, i: usize) -> [f64; FIELDS] {
         let mut out = [0.0; FIELDS];

@@ -115,6 +115,13 @@ impl<T: Real> Simulator<T> {
         &self.tools
     }
 
+    /// Exchanges the world's tools. The last rollout is forgotten.
+    pub fn set_tools(&mut self, tools: Vec<Tool>) {
+        self.tools = tools;
+        self.used = 0;
+        self.steps = 0;
+    }
+
     /// Runs `actions` (control steps x components of all tools in order) from a start state and poses.
     ///
     /// # Errors

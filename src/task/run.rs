@@ -12,6 +12,7 @@ use super::subgoal::{StagePlan, Subgoal, low_quantile};
 use crate::emd::exact::assign;
 use crate::llm::stage::Stage;
 use crate::math::cloud::Point;
+use crate::plan::settings::{Method, SearchSettings};
 use crate::plan::settle::settle;
 use crate::plan::{Progress, StageProblem, StageTrace, plan_stage};
 use crate::sim::{Options, ParticleState, SimError};
@@ -87,6 +88,14 @@ pub fn normalised_decrease(initial: f64, last: f64) -> f64 {
     if initial > 0.0 { (initial - last) / initial } else { 0.0 }
 }
 
+/// How stages are planned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Planning {
+    pub method: Method,
+    /// Parameters of the method `donut`; those of `paper` stand in the task file.
+    pub search: SearchSettings,
+}
+
 /// What a run reports while it goes on.
 #[derive(Clone, Debug)]
 pub enum RunEvent<'a> {
@@ -105,6 +114,7 @@ pub enum RunEvent<'a> {
 pub fn run_task(
     scene: &Scene,
     stages: &[Stage],
+    planning: &Planning,
     seed: u64,
     options: &Options,
     mut observe: impl FnMut(RunEvent<'_>),
@@ -127,7 +137,7 @@ pub fn run_task(
         let (count, tool) = (plan.stages.len(), stage.tool.as_str());
         observe(RunEvent::Stage { index, count, tool, title: &stage.title });
         let subgoal = plan.subgoal(index, &pieces, seed);
-        let run = run_stage(scene, subgoal, &mut state, options, |p| observe(RunEvent::Progress(p)));
+        let run = run_stage(scene, subgoal, &mut state, planning, seed, options, |p| observe(RunEvent::Progress(p)));
         run.subgoal.relabel(&mut pieces, &state.x, |a, b| assign(a, b).target_of);
         observe(RunEvent::StageDone { index, run: &run });
         runs.push(run);
@@ -158,6 +168,8 @@ fn run_stage(
     scene: &Scene,
     subgoal: Subgoal,
     state: &mut ParticleState,
+    planning: &Planning,
+    seed: u64,
     options: &Options,
     observe: impl FnMut(Progress),
 ) -> StageRun {
@@ -170,7 +182,10 @@ fn run_stage(
     let problem = StageProblem {
         params: &scene.params,
         options,
+        method: planning.method,
         settings: &scene.planner,
+        search: &planning.search,
+        seed,
         tool: &scene.tools[tool].tool,
         rest: &scene.tools[tool].rest,
         active: &subgoal.active,

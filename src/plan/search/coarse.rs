@@ -1,0 +1,124 @@
+//! Fewer particles to search with: an even subset of the dough and of its target.
+//!
+//! A stage's problem and the dough come in, a [`Coarse`] copy and its objective go out. Imports emd.
+
+use crate::emd::exact::assign;
+use crate::math::cloud::{Bounds, Point, distance};
+use crate::plan::stage::StageProblem;
+use crate::sim::ParticleState;
+
+/// The dough of a stage, by fewer particles.
+#[derive(Clone, Debug)]
+pub struct Coarse {
+    pub state: ParticleState,
+    /// Which of `state` the stage is about.
+    pub active: Vec<usize>,
+    /// All others: they should stay.
+    pub others: Vec<usize>,
+    /// As many points as `active`, m.
+    pub target: Vec<Point>,
+}
+
+impl Coarse {
+    /// An even choice of about `count` of all particles, and of the target in proportion.
+    ///
+    /// MPM's accelerations do not depend on the mass of a particle, so that fewer of them are the same dough.
+    pub fn new(problem: &StageProblem<'_>, state: &ParticleState, count: usize) -> Self {
+        let n = state.len();
+        let share = (count as f64 / n as f64).min(1.0);
+        let mut is_active = vec![false; n];
+        problem.active.iter().for_each(|&i| is_active[i] = true);
+        let choose = |wanted: bool| {
+            let ids: Vec<usize> = (0..n).filter(|&i| is_active[i] == wanted).collect();
+            let places: Vec<Point> = ids.iter().map(|&i| state.x[i]).collect();
+            let m = ((share * ids.len() as f64).round() as usize).clamp(usize::from(!ids.is_empty()), ids.len());
+            even_subset(&places, m).into_iter().map(|k| ids[k]).collect::<Vec<_>>()
+        };
+        let (active, others) = (choose(true), choose(false));
+        let ids: Vec<usize> = active.iter().chain(&others).copied().collect();
+        let target =
+            even_subset(problem.target, active.len()).into_iter().map(|k| problem.target[k]).collect();
+        Self {
+            state: state.select(&ids),
+            active: (0..active.len()).collect(),
+            others: (active.len()..ids.len()).collect(),
+            target,
+        }
+    }
+
+    /// What a stage wants small, m: the exact EMD of the active dough to its target and the way that the
+    /// others have gone, by their shares.
+    pub fn objective(&self, x: &[Point]) -> f64 {
+        let active: Vec<Point> = self.active.iter().map(|&i| x[i]).collect();
+        let emd = assign(&active, &self.target).mean_distance * active.len() as f64;
+        let strayed: f64 = self.others.iter().map(|&i| distance(x[i], self.state.x[i])).sum();
+        (emd + strayed) / x.len() as f64
+    }
+
+    /// For every particle the way that it should go, m: active ones to their match, others nowhere.
+    pub fn motion(&self) -> Vec<Point> {
+        let active: Vec<Point> = self.active.iter().map(|&i| self.state.x[i]).collect();
+        let matched = assign(&active, &self.target).target_of;
+        let mut motion = vec![[0.0; 3]; self.state.len()];
+        for (&i, &t) in self.active.iter().zip(&matched) {
+            motion[i] = crate::math::cloud::sub(self.target[t], self.state.x[i]);
+        }
+        motion
+    }
+}
+
+/// Indices of `m` of the points, spread like all of them: the cloud is halved along its longest side again
+/// and again, and each part gives as many as its share.
+pub fn even_subset(points: &[Point], m: usize) -> Vec<usize> {
+    let mut ids: Vec<usize> = (0..points.len()).collect();
+    let mut chosen = Vec::with_capacity(m);
+    halve(points, &mut ids, m.min(points.len()), &mut chosen);
+    chosen.sort_unstable();
+    chosen
+}
+
+fn halve(points: &[Point], ids: &mut [usize], m: usize, chosen: &mut Vec<usize>) {
+    if m == 0 {
+        return;
+    }
+    if m == ids.len() {
+        chosen.extend_from_slice(ids);
+        return;
+    }
+    let part: Vec<Point> = ids.iter().map(|&i| points[i]).collect();
+    let bounds = Bounds::of(&part).expect("fewer points are wanted than there are");
+    let size = bounds.size();
+    let axis = (0..3).fold(0, |best, a| if size[a] > size[best] { a } else { best });
+    // Ties by index: the choice must not hang on the order that a sort leaves.
+    let middle = if m == 1 { ids.len() / 2 } else { ids.len() * (m / 2) / m };
+    ids.select_nth_unstable_by(middle, |&i, &k| points[i][axis].total_cmp(&points[k][axis]).then(i.cmp(&k)));
+    if m == 1 {
+        chosen.push(ids[middle]);
+        return;
+    }
+    let (low, high) = ids.split_at_mut(middle);
+    halve(points, low, m / 2, chosen);
+    halve(points, high, m - m / 2, chosen);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_even_subset_keeps_the_shape_and_every_corner_of_it() {
+        let grid: Vec<Point> =
+            (0..1000).map(|i| [i % 10, i / 10 % 10, i / 100].map(|k| f64::from(k) / 9.0)).collect();
+        let chosen = even_subset(&grid, 125);
+        assert_eq!(chosen.len(), 125);
+        assert!(chosen.windows(2).all(|w| w[0] < w[1]));
+        // Every eighth of the cube has its share.
+        for corner in 0..8 {
+            let side = |a: usize| corner >> a & 1 == 1;
+            let inside = chosen.iter().filter(|&&i| (0..3).all(|a| (grid[i][a] > 0.5) == side(a))).count();
+            assert!((13..=18).contains(&inside), "{corner}: {inside}");
+        }
+        assert_eq!(even_subset(&grid, 1000), (0..1000).collect::<Vec<_>>());
+        assert!(even_subset(&grid, 0).is_empty());
+    }
+}

@@ -1,0 +1,119 @@
+//! The search for one stroke: an evolution strategy over places and paths, by coarse rollouts.
+//!
+//! Coarse dough and seeds come in, the best stroke found goes out. Imports sim's batches.
+
+use super::coarse::Coarse;
+use super::seeds::Seed;
+use super::stroke::{Spread, Stroke, pick};
+use crate::math::rng::Pcg64;
+use crate::plan::settings::SearchSettings;
+use crate::sim::lanes::Real;
+use crate::sim::{Batch, ParticleState, SimError, Simulator, Tool, ToolPose};
+
+/// A stroke that was tried.
+#[derive(Clone, Debug)]
+pub struct Tried {
+    pub stroke: Stroke,
+    /// Where the tool began.
+    pub pose: ToolPose,
+    /// The coarse objective after it, m.
+    pub objective: f64,
+}
+
+/// Standard deviations of the first generation that descends, and of the last.
+const WIDE: Spread = Spread { place: 0.015, yaw: 0.3, gap: 0.015, knot: 0.35, length: 0.3 };
+const NARROW: Spread = Spread { place: 0.003, yaw: 0.06, gap: 0.004, knot: 0.08, length: 0.1 };
+
+/// What a search needs to know.
+pub struct Search<'a, T: Real> {
+    pub settings: &'a SearchSettings,
+    pub tool: &'a Tool,
+    pub rest: &'a ToolPose,
+    pub coarse: &'a Coarse,
+    /// Brings a tool down onto the dough, if it fits there.
+    pub lowered: &'a (dyn Fn(ToolPose) -> Option<ToolPose> + Sync),
+    pub batch: &'a mut Batch<T>,
+    /// Control steps that are left.
+    pub steps_left: usize,
+}
+
+impl<T: Real> Search<'_, T> {
+    /// The best stroke of all that were tried, if one could be carried out. `on_tried` hears how many were.
+    pub fn run(&mut self, seeds: &[Seed], rng: &mut Pcg64, mut on_tried: impl FnMut(usize)) -> Option<Tried> {
+        let s = self.settings;
+        let lengths: Vec<usize> = s.lengths.iter().map(|&l| l.min(self.steps_left)).collect();
+        let before = self.coarse.objective(&self.coarse.state.x);
+        let merit = |t: &Tried| (before - t.objective) / (t.stroke.steps as f64).powf(s.length_exponent);
+        let mut pool: Vec<Tried> = Vec::new();
+        let mut tried = 0;
+        for generation in 0..s.generations {
+            let strokes: Vec<Stroke> = (0..s.population)
+                .map(|k| {
+                    if generation == 0 {
+                        let seed = &seeds[k % seeds.len()];
+                        let begin = Stroke { steps: pick(&lengths, rng), ..seed.stroke.clone() };
+                        return begin.with_random_knots(self.tool, &seed.lean, s.knots, rng);
+                    }
+                    let t = (generation - 1) as f64 / (s.generations - 1).max(2) as f64;
+                    let parent = &pool[k % pool.len().min(s.parents)].stroke;
+                    parent.varied(self.tool, &WIDE.towards(&NARROW, t), &lengths, rng)
+                })
+                .collect();
+            tried += strokes.len();
+            pool.extend(self.try_all(&strokes));
+            pool.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
+            pool.truncate(s.parents);
+            on_tried(tried);
+            if pool.is_empty() {
+                return None;
+            }
+        }
+        pool.into_iter().next()
+    }
+
+    /// Those of the strokes that can be carried out, with what they lead to.
+    pub fn try_all(&mut self, strokes: &[Stroke]) -> Vec<Tried> {
+        let (lowered, rest, tool, coarse) = (self.lowered, self.rest, self.tool, self.coarse);
+        let settle_steps = self.settings.settle_steps;
+        let results = self.batch.run(strokes, |sim, stroke| {
+            let pose = lowered(stroke.pose_above(rest))?;
+            let end = carry_out(sim, tool, &coarse.state, &pose, &stroke.actions(), settle_steps).ok()?;
+            Some(Tried { stroke: stroke.clone(), pose, objective: coarse.objective(&end.x) })
+        });
+        results.into_iter().flatten().filter(|t| t.objective.is_finite()).collect()
+    }
+}
+
+/// The dough after a stroke, a withdrawal and some free control steps.
+pub fn carry_out<T: Real>(
+    sim: &mut Simulator<T>,
+    tool: &Tool,
+    start: &ParticleState,
+    pose: &ToolPose,
+    actions: &[Vec<f64>],
+    settle_steps: usize,
+) -> Result<ParticleState, SimError> {
+    sim.set_tools(vec![tool.clone()]);
+    sim.rollout(start, &[*pose], actions)?;
+    let end = sim.state(actions.len());
+    if settle_steps == 0 {
+        return Ok(end);
+    }
+    sim.set_tools(Vec::new());
+    sim.rollout(&end, &[], &vec![Vec::new(); settle_steps])?;
+    Ok(sim.state(settle_steps))
+}
+
+impl Spread {
+    /// Geometric interpolation: this one at t = 0, `other` at t = 1.
+    fn towards(&self, other: &Self, t: f64) -> Self {
+        let mix = |a: f64, b: f64| a * (b / a).powf(t);
+        Self {
+            place: mix(self.place, other.place),
+            yaw: mix(self.yaw, other.yaw),
+            gap: mix(self.gap, other.gap),
+            knot: mix(self.knot, other.knot),
+            length: mix(self.length, other.length),
+        }
+    }
+}

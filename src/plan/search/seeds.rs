@@ -1,0 +1,101 @@
+//! Where a search begins: places from which a tool would push dough the way it should go.
+//!
+//! Dough, its desired motion and a tool come in; a few different places go out, best first, each with the
+//! direction in the space of actions that pushes best. Imports placement.
+
+use crate::math::cloud::{Point, distance};
+use crate::plan::placement::Placement;
+use crate::plan::search::stroke::{Stroke, free_components};
+use crate::sim::tool::path::ToolPath;
+use crate::sim::tool::{PoseAdj, Tool};
+use crate::sim::ToolPose;
+
+/// Turns about the vertical that are tried: a full circle, because a tool need not be symmetric.
+const YAWS: usize = 8;
+/// Seeds differ in place by at least this, m, or in yaw.
+const APART: f64 = 0.02;
+/// Dough farther from the tool than this does not say where to push, m.
+const NEAR: f64 = 0.03;
+
+/// A place to begin from.
+#[derive(Clone, Debug)]
+pub struct Seed {
+    /// Its knots are all zero.
+    pub stroke: Stroke,
+    /// Direction in the space of actions; its largest component is 1 or -1, or all are 0.
+    pub lean: Vec<f64>,
+}
+
+/// Up to `count` places, best first.
+pub fn seeds(place: &Placement<'_>, substeps: usize, motion: &[Point], count: usize) -> Vec<Seed> {
+    let mut scored: Vec<(f64, Stroke, ToolPose)> = Vec::new();
+    for k in 0..YAWS {
+        let yaw = std::f64::consts::TAU * k as f64 / YAWS as f64;
+        let turned = Stroke { x: 0.0, z: 0.0, yaw, gap: 0.0, steps: 0, knots: Vec::new() };
+        for pose in place.candidates(turned.pose_above(place.rest).rotation) {
+            let stroke = Stroke { x: pose.position[0], z: pose.position[2], gap: pose.gap, ..turned.clone() };
+            scored.push((place.score(&pose), stroke, pose));
+        }
+    }
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut chosen: Vec<(Stroke, ToolPose)> = Vec::new();
+    for (_, stroke, pose) in scored {
+        let is_new = |other: &(Stroke, ToolPose)| {
+            distance(other.1.position, pose.position) > APART
+                || (other.0.yaw != stroke.yaw && !same_surface(place.tool, &other.1, &pose))
+        };
+        if chosen.iter().all(is_new) {
+            chosen.push((stroke, pose));
+        }
+        if chosen.len() == count {
+            break;
+        }
+    }
+    let lean = |pose: &ToolPose| lean(place, substeps, motion, pose);
+    chosen.into_iter().map(|(stroke, pose)| Seed { lean: lean(&pose), stroke }).collect()
+}
+
+/// Whether a tool looks the same from all sides at both poses: at points around it, it is as far away.
+fn same_surface(tool: &Tool, a: &ToolPose, b: &ToolPose) -> bool {
+    let (min, max) = tool.bounds(a);
+    (0..8).all(|corner| {
+        let p = std::array::from_fn(|k| {
+            let t = if corner >> k & 1 == 1 { 0.9 } else { 0.2 };
+            min[k] + t * (max[k] - min[k])
+        });
+        (tool.distance(a, p) - tool.distance(b, p)).abs() < 1e-3
+    })
+}
+
+/// Which way each action should go, to first order: an action that brings the tool's surface nearer to dough
+/// pushes that dough along the surface's normal, which is good as far as the dough should go there.
+fn lean(place: &Placement<'_>, substeps: usize, motion: &[Point], pose: &ToolPose) -> Vec<f64> {
+    let tool = place.tool;
+    let near: Vec<(Point, f64, f64)> = place
+        .active
+        .iter()
+        .filter_map(|&i| {
+            let p = place.positions[i];
+            let d = tool.distance(pose, p);
+            if d > NEAR {
+                return None;
+            }
+            let normal = tool.distance_adj(pose, p, 1.0, &mut PoseAdj::default());
+            let along: f64 = motion[i].iter().zip(normal).map(|(m, n)| m * n).sum();
+            Some((p, d, along / (d.max(0.0) + place.delta)))
+        })
+        .collect();
+    let mut lean = vec![0.0; tool.action_len()];
+    for c in free_components(tool) {
+        let mut action = vec![0.0; tool.action_len()];
+        action[c] = 1.0;
+        let path = ToolPath::new(std::slice::from_ref(tool), substeps, &[*pose], &[action]);
+        let moved = &path.after_step(1)[0];
+        lean[c] = near.iter().map(|(p, d, worth)| worth * (d - tool.distance(moved, *p))).sum();
+    }
+    let most = lean.iter().map(|g: &f64| g.abs()).fold(0.0, f64::max);
+    if most > 0.0 {
+        lean.iter_mut().for_each(|g| *g /= most);
+    }
+    lean
+}

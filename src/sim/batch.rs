@@ -1,0 +1,65 @@
+//! Independent rollouts side by side, one simulator a thread.
+//!
+//! A list of jobs comes in, one result per job goes out, in order; which simulator ran which job changes
+//! nothing. Imports rollout.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::lanes::Real;
+use super::params::Params;
+use super::rollout::{Options, Simulator};
+use super::tool::Tool;
+
+/// Simulators of one world, as many as threads.
+pub struct Batch<T: Real> {
+    simulators: Vec<Simulator<T>>,
+    pool: Option<rayon::ThreadPool>,
+}
+
+impl<T: Real> Batch<T> {
+    /// `options.threads` simulators with one thread each; they share the memory limit.
+    pub fn new(params: &Params, tools: &[Tool], options: &Options) -> Self {
+        let count = options.threads.max(1);
+        let each = Options { threads: 1, memory_limit: options.memory_limit / count, simd: options.simd };
+        let pool = (count > 1).then(|| {
+            let builder = rayon::ThreadPoolBuilder::new().num_threads(count);
+            builder.build().expect("threads can be started")
+        });
+        let one = || Simulator::new(params.clone(), tools.to_vec(), each.clone());
+        Self { simulators: (0..count).map(|_| one()).collect(), pool }
+    }
+
+    /// Runs `work` once a job and returns its results in the order of the jobs.
+    ///
+    /// `work` gets a simulator that has run other jobs before: it must start with a rollout of its own. Then
+    /// the results are, bit by bit, those of running the jobs one after the other.
+    pub fn run<J: Sync, R: Send>(
+        &mut self,
+        jobs: &[J],
+        work: impl Fn(&mut Simulator<T>, &J) -> R + Sync,
+    ) -> Vec<R> {
+        let Some(pool) = &self.pool else {
+            return jobs.iter().map(|job| work(&mut self.simulators[0], job)).collect();
+        };
+        let next = AtomicUsize::new(0);
+        let done = Mutex::new(Vec::with_capacity(jobs.len()));
+        pool.scope(|scope| {
+            for sim in &mut self.simulators {
+                let (next, done, work) = (&next, &done, &work);
+                scope.spawn(move |_| {
+                    // Jobs differ in length: whoever is free takes the next one.
+                    loop {
+                        let k = next.fetch_add(1, Ordering::Relaxed);
+                        let Some(job) = jobs.get(k) else { break };
+                        let result = work(sim, job);
+                        done.lock().expect("no thread has panicked").push((k, result));
+                    }
+                });
+            }
+        });
+        let mut done = done.into_inner().expect("no thread has panicked");
+        done.sort_by_key(|(k, _)| *k);
+        done.into_iter().map(|(_, result)| result).collect()
+    }
+}
