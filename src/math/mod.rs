@@ -2,5 +2,6 @@
 
 pub mod check;
 pub mod cloud;
+pub mod neighbours;
 pub mod quaternion;
 pub mod rng;

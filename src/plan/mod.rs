@@ -3,6 +3,7 @@
 //! Two methods: [`algorithm1`] is the paper's, [`search`] is ours. Knows nothing of language models or
 //! files. Imports sim and emd.
 
+mod adam;
 pub mod algorithm1;
 pub mod losses;
 pub mod optimize;

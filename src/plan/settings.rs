@@ -106,11 +106,11 @@ impl SearchSettings {
             knots: 4,
             lengths: vec![15, 25, 40],
             length_exponent: 0.5,
-            gradient_steps: 0,
+            gradient_steps: 8,
             learning_rate: 0.05,
             settle_steps: 10,
-            least_gain: 0.002,
-            max_failures: 2,
+            least_gain: 0.005,
+            max_failures: 1,
         }
     }
 }

@@ -122,6 +122,12 @@ impl<T: Real> Simulator<T> {
         self.steps = 0;
     }
 
+    /// Changes [`Options::memory_limit`] for the rollouts to come: with 0 a rollout keeps no substeps, which is
+    /// fastest where no gradient is wanted.
+    pub fn set_memory_limit(&mut self, bytes: usize) {
+        self.options.memory_limit = bytes;
+    }
+
     /// Runs `actions` (control steps x components of all tools in order) from a start state and poses.
     ///
     /// # Errors

@@ -3,7 +3,8 @@
 //! A stage's problem and the dough come in, a [`Coarse`] copy and its objective go out. Imports emd.
 
 use crate::emd::exact::assign;
-use crate::math::cloud::{Bounds, Point, distance};
+use crate::math::cloud::{Bounds, Point, distance, sub};
+use crate::math::neighbours::Neighbours;
 use crate::plan::stage::StageProblem;
 use crate::sim::ParticleState;
 
@@ -17,7 +18,13 @@ pub struct Coarse {
     pub others: Vec<usize>,
     /// As many points as `active`, m.
     pub target: Vec<Point>,
+    /// Mean distance of a target point to the next, m.
+    spacing: f64,
 }
+
+/// How much more a particle counts that is far from every point of the target: the EMD alone hardly feels a thin
+/// membrane in a hole, or a smear between two halves.
+const STRAY_WEIGHT: f64 = 2.0;
 
 impl Coarse {
     /// An even choice of about `count` of all particles, and of the target in proportion.
@@ -36,9 +43,10 @@ impl Coarse {
         };
         let (active, others) = (choose(true), choose(false));
         let ids: Vec<usize> = active.iter().chain(&others).copied().collect();
-        let target =
+        let target: Vec<Point> =
             even_subset(problem.target, active.len()).into_iter().map(|k| problem.target[k]).collect();
         Self {
+            spacing: spacing(&target),
             state: state.select(&ids),
             active: (0..active.len()).collect(),
             others: (active.len()..ids.len()).collect(),
@@ -46,13 +54,40 @@ impl Coarse {
         }
     }
 
-    /// What a stage wants small, m: the exact EMD of the active dough to its target and the way that the
-    /// others have gone, by their shares.
+    /// What a stage wants small, m: the exact EMD of the active dough to its target, with what strays from the
+    /// target's neighbourhood counted [`STRAY_WEIGHT`] times more, and the way that the other dough has gone; by
+    /// their shares.
     pub fn objective(&self, x: &[Point]) -> f64 {
+        self.objective_adj(x).0
+    }
+
+    /// [`Coarse::objective`] and its gradient by the positions. The matching changes at a kink of the EMD only, so
+    /// that it may be held fixed (envelope theorem).
+    pub fn objective_adj(&self, x: &[Point]) -> (f64, Vec<Point>) {
         let active: Vec<Point> = self.active.iter().map(|&i| x[i]).collect();
-        let emd = assign(&active, &self.target).mean_distance * active.len() as f64;
-        let strayed: f64 = self.others.iter().map(|&i| distance(x[i], self.state.x[i])).sum();
-        (emd + strayed) / x.len() as f64
+        let matched = assign(&active, &self.target).target_of;
+        let near = Neighbours::new(&self.target, self.spacing);
+        let share = 1.0 / x.len() as f64;
+        let mut sum = 0.0;
+        let mut adj = vec![[0.0; 3]; x.len()];
+        let mut pull = |i: usize, to: Point, beyond: f64, weight: f64| {
+            let d = distance(x[i], to);
+            if d > beyond {
+                sum += weight * (d - beyond);
+                for a in 0..3 {
+                    adj[i][a] += share * weight * (x[i][a] - to[a]) / d;
+                }
+            }
+        };
+        for (&i, &t) in self.active.iter().zip(&matched) {
+            pull(i, self.target[t], 0.0, 1.0);
+            let nearest = near.nearest(x[i], 1)[0].index;
+            pull(i, self.target[nearest], self.spacing, STRAY_WEIGHT);
+        }
+        for &i in &self.others {
+            pull(i, self.state.x[i], 0.0, 1.0);
+        }
+        (sum * share, adj)
     }
 
     /// For every particle the way that it should go, m: active ones to their match, others nowhere.
@@ -61,10 +96,18 @@ impl Coarse {
         let matched = assign(&active, &self.target).target_of;
         let mut motion = vec![[0.0; 3]; self.state.len()];
         for (&i, &t) in self.active.iter().zip(&matched) {
-            motion[i] = crate::math::cloud::sub(self.target[t], self.state.x[i]);
+            motion[i] = sub(self.target[t], self.state.x[i]);
         }
         motion
     }
+}
+
+/// Mean distance of a point to the next.
+fn spacing(cloud: &[Point]) -> f64 {
+    let Some(bounds) = Bounds::of(cloud) else { return 0.0 };
+    let near = Neighbours::new(cloud, bounds.diagonal() / (cloud.len() as f64).cbrt());
+    let second = |p: &Point| near.nearest(*p, 2).last().map_or(0.0, |n| n.distance);
+    cloud.iter().map(second).sum::<f64>() / cloud.len() as f64
 }
 
 /// Indices of `m` of the points, spread like all of them: the cloud is halved along its longest side again

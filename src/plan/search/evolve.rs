@@ -6,9 +6,10 @@ use super::coarse::Coarse;
 use super::seeds::Seed;
 use super::stroke::{Spread, Stroke, pick};
 use crate::math::rng::Pcg64;
+use crate::plan::adam::Adam;
 use crate::plan::settings::SearchSettings;
 use crate::sim::lanes::Real;
-use crate::sim::{Batch, ParticleState, SimError, Simulator, Tool, ToolPose};
+use crate::sim::{Batch, ParticleState, SimError, Simulator, StepSeed, Tool, ToolPose};
 
 /// A stroke that was tried.
 #[derive(Clone, Debug)]
@@ -24,6 +25,9 @@ pub struct Tried {
 const WIDE: Spread = Spread { place: 0.015, yaw: 0.3, gap: 0.015, knot: 0.35, length: 0.3 };
 const NARROW: Spread = Spread { place: 0.003, yaw: 0.06, gap: 0.004, knot: 0.08, length: 0.1 };
 
+/// How many strokes are refined by gradients.
+const REFINED: usize = 2;
+
 /// What a search needs to know.
 pub struct Search<'a, T: Real> {
     pub settings: &'a SearchSettings,
@@ -33,6 +37,8 @@ pub struct Search<'a, T: Real> {
     /// Brings a tool down onto the dough, if it fits there.
     pub lowered: &'a (dyn Fn(ToolPose) -> Option<ToolPose> + Sync),
     pub batch: &'a mut Batch<T>,
+    /// Memory for a simulator's substeps where gradients are wanted, bytes.
+    pub gradient_memory: usize,
     /// Control steps that are left.
     pub steps_left: usize,
 }
@@ -68,7 +74,22 @@ impl<T: Real> Search<'_, T> {
                 return None;
             }
         }
-        pool.into_iter().next()
+        self.refine(&mut pool);
+        pool.into_iter().max_by(|a, b| merit(a).total_cmp(&merit(b)))
+    }
+
+    /// Adds to the best strokes what gradient steps make of them.
+    fn refine(&mut self, pool: &mut Vec<Tried>) {
+        let (s, tool, coarse) = (self.settings, self.tool, self.coarse);
+        let limit = self.gradient_memory;
+        let refined = self.batch.run(&pool[..pool.len().min(REFINED)], |sim, tried| {
+            sim.set_memory_limit(limit);
+            let path = descend(sim, tool, coarse, tried, s);
+            sim.set_memory_limit(0);
+            path
+        });
+        let strokes: Vec<Stroke> = refined.into_iter().flatten().collect();
+        pool.extend(self.try_all(&strokes));
     }
 
     /// Those of the strokes that can be carried out, with what they lead to.
@@ -82,6 +103,38 @@ impl<T: Real> Search<'_, T> {
         });
         results.into_iter().flatten().filter(|t| t.objective.is_finite()).collect()
     }
+}
+
+/// The strokes that a gradient descent on the objective at the end of `tried` passes, every second one.
+fn descend<T: Real>(
+    sim: &mut Simulator<T>,
+    tool: &Tool,
+    coarse: &Coarse,
+    tried: &Tried,
+    settings: &SearchSettings,
+) -> Vec<Stroke> {
+    let mut stroke = tried.stroke.clone();
+    let mut adam = Adam::new(&stroke.knots);
+    let mut path = Vec::new();
+    sim.set_tools(vec![tool.clone()]);
+    for k in 1..=settings.gradient_steps {
+        let steps = stroke.steps;
+        let gradient = sim.rollout(&coarse.state, &[tried.pose], &stroke.actions()).and_then(|()| {
+            let mut seeds = vec![StepSeed::default(); steps + 1];
+            seeds[steps].positions = coarse.objective_adj(&sim.positions(steps)).1;
+            sim.rollout_adj(&seeds)
+        });
+        let Ok(gradient) = gradient else { break };
+        if !gradient.actions.iter().flatten().all(|g| g.is_finite()) {
+            break;
+        }
+        let knots_adj = stroke.actions_adj(&gradient.actions);
+        adam.step(settings.learning_rate, &knots_adj, &mut stroke.knots);
+        if k % 2 == 0 {
+            path.push(stroke.clone());
+        }
+    }
+    path
 }
 
 /// The dough after a stroke, a withdrawal and some free control steps.

@@ -75,6 +75,7 @@ pub fn plan_stage<T: Real>(
             coarse: &coarse,
             lowered: &lowered,
             batch: &mut batch,
+            gradient_memory: problem.options.memory_limit / problem.options.threads.max(1),
             steps_left,
         };
         let resets = usize::max(strokes, 1) - 1;

@@ -1,0 +1,207 @@
+//! What a shape is like beyond its distance to another: how many pieces, which holes, what closes them.
+//!
+//! A cloud comes in, a [`ShapeMeasures`] goes out. The EMD hardly tells an open hole from one with a thin
+//! membrane, nor two pieces from two that touch; people do. Imports point clouds.
+
+use serde::{Deserialize, Serialize};
+
+use crate::math::cloud::{Bounds, Point};
+use crate::math::neighbours::Neighbours;
+
+/// Particles nearer than this belong together, in spacings: in an even cloud the nearest are 1 apart, in a
+/// random one hardly ever more than 2.
+const LINK: f64 = 2.0;
+/// Pieces smaller than this share of all particles are crumbs.
+const CRUMB: f64 = 0.01;
+/// Seen from above, a place farther than this from all particles is free, in spacings.
+const FREE: f64 = 1.0;
+/// Raster cells per spacing.
+const CELLS_PER_SPACING: f64 = 3.0;
+/// A free place of the goal counts as a hole from this radius on, in spacings: smaller ones are chance.
+const LEAST_HOLE: f64 = 1.5;
+/// The membrane is what is within this share of a hole's radius.
+const INNER: f64 = 0.6;
+
+/// A vertical hole.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hole {
+    /// Its middle in x and z, m.
+    pub center: [f64; 2],
+    /// Radius of the largest upright cylinder, from the table up, in which there is no particle, m.
+    pub radius: f64,
+}
+
+/// Pieces and holes of one cloud, beside those of its goal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShapeMeasures {
+    /// Connected pieces of at least 1 % of the dough.
+    pub pieces: usize,
+    pub pieces_of_goal: usize,
+    /// Share of the dough in crumbs, smaller than that.
+    pub crumbs: f64,
+    /// For every hole of the goal, largest first.
+    pub holes: Vec<HoleMeasures>,
+}
+
+/// What became of one hole of the goal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HoleMeasures {
+    /// Free radius in the goal, m.
+    pub goal_radius: f64,
+    /// Free radius in the dough, m; 0 if no hole there is open from top to bottom.
+    pub radius: f64,
+    /// Share of the dough that is within 0.6 of the goal's radius around the hole's middle.
+    pub membrane: f64,
+}
+
+impl ShapeMeasures {
+    /// Measures `cloud` against `goal`, both with particles about `spacing` apart, m.
+    pub fn of(cloud: &[Point], goal: &[Point], spacing: f64) -> Self {
+        let sizes = piece_sizes(cloud, LINK * spacing);
+        let least = CRUMB * cloud.len() as f64;
+        let large = |sizes: &[usize]| sizes.iter().filter(|s| **s as f64 >= least).count();
+        let crumbs: usize = sizes.iter().filter(|s| (**s as f64) < least).sum();
+        let mut open = holes(cloud, spacing);
+        let measured = holes(goal, spacing).into_iter().filter(|h| h.radius >= LEAST_HOLE * spacing).map(|wanted| {
+            // The dough's hole that is nearest to the goal's; each serves once.
+            let off = |h: &Hole| (h.center[0] - wanted.center[0]).hypot(h.center[1] - wanted.center[1]);
+            let near = (0..open.len())
+                .filter(|&k| off(&open[k]) < wanted.radius + open[k].radius)
+                .min_by(|&a, &b| off(&open[a]).total_cmp(&off(&open[b])));
+            let found = near.map(|k| open.remove(k));
+            let center = found.map_or(wanted.center, |h| h.center);
+            let inside = |p: &&Point| (p[0] - center[0]).hypot(p[2] - center[1]) < INNER * wanted.radius;
+            HoleMeasures {
+                goal_radius: wanted.radius,
+                radius: found.map_or(0.0, |h| h.radius),
+                membrane: cloud.iter().filter(inside).count() as f64 / cloud.len() as f64,
+            }
+        });
+        let holes = measured.collect();
+        let pieces_of_goal = large(&piece_sizes(goal, LINK * spacing));
+        Self { pieces: large(&sizes), pieces_of_goal, crumbs: crumbs as f64 / cloud.len() as f64, holes }
+    }
+}
+
+/// Numbers of particles in the pieces of a cloud: particles closer than `link` belong together.
+fn piece_sizes(cloud: &[Point], link: f64) -> Vec<usize> {
+    let grid = Neighbours::new(cloud, link);
+    let mut seen = vec![false; cloud.len()];
+    let mut sizes = Vec::new();
+    for first in 0..cloud.len() {
+        if std::mem::replace(&mut seen[first], true) {
+            continue;
+        }
+        let mut size = 0;
+        let mut open = vec![first];
+        while let Some(i) = open.pop() {
+            size += 1;
+            for near in grid.within(cloud[i], link) {
+                if !std::mem::replace(&mut seen[near.index], true) {
+                    open.push(near.index);
+                }
+            }
+        }
+        sizes.push(size);
+    }
+    sizes
+}
+
+/// Places that are free from the table up and closed in by dough all around, largest first.
+pub fn holes(cloud: &[Point], spacing: f64) -> Vec<Hole> {
+    let flat: Vec<Point> = cloud.iter().map(|p| [p[0], 0.0, p[2]]).collect();
+    let Some(bounds) = Bounds::of(&flat) else { return Vec::new() };
+    let grid = Neighbours::new(&flat, spacing);
+    let edge = spacing / CELLS_PER_SPACING;
+    // A free rim all around, so that the outside is one region.
+    let rim = (2.0 * FREE * CELLS_PER_SPACING).ceil() as usize;
+    let size = |a: usize| (bounds.size()[a] / edge).ceil() as usize + 2 * rim + 1;
+    let (nx, nz) = (size(0), size(2));
+    let at = |k: usize, a: usize| bounds.min[a] + (k as f64 - rim as f64) * edge;
+    let free: Vec<f64> = (0..nx * nz)
+        .map(|c| {
+            let place = [at(c / nz, 0), 0.0, at(c % nz, 2)];
+            // Near dough one lookup is enough; in the open the distance matters.
+            let d = grid.nearest(place, 1)[0].distance;
+            if d > FREE * spacing { d } else { 0.0 }
+        })
+        .collect();
+    let mut seen: Vec<bool> = free.iter().map(|d| *d == 0.0).collect();
+    let mut found = Vec::new();
+    for first in 0..nx * nz {
+        if seen[first] {
+            continue;
+        }
+        seen[first] = true;
+        let (mut outside, mut best) = (false, first);
+        let mut open = vec![first];
+        while let Some(c) = open.pop() {
+            let (i, k) = (c / nz, c % nz);
+            outside |= i == 0 || k == 0 || i == nx - 1 || k == nz - 1;
+            if free[c] > free[best] {
+                best = c;
+            }
+            let around = [(i.wrapping_sub(1), k), (i + 1, k), (i, k.wrapping_sub(1)), (i, k + 1)];
+            for (i, k) in around.into_iter().filter(|&(i, k)| i < nx && k < nz) {
+                if !std::mem::replace(&mut seen[i * nz + k], true) {
+                    open.push(i * nz + k);
+                }
+            }
+        }
+        if !outside {
+            found.push(Hole { center: [at(best / nz, 0), at(best % nz, 2)], radius: free[best] });
+        }
+    }
+    found.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An even block of points on a lattice of this spacing, by a rule.
+    fn lattice(spacing: f64, half: i32, inside: impl Fn(Point) -> bool) -> Vec<Point> {
+        let mut cloud = Vec::new();
+        for i in -half..=half {
+            for j in 0..5 {
+                for k in -half..=half {
+                    let p = [i, j, k].map(|c| f64::from(c) * spacing);
+                    if inside(p) {
+                        cloud.push(p);
+                    }
+                }
+            }
+        }
+        cloud
+    }
+
+    #[test]
+    fn a_ring_has_a_hole_and_a_membrane_closes_it() {
+        let r = |p: Point| p[0].hypot(p[2]);
+        let ring = lattice(0.005, 20, |p| r(p) > 0.03 && r(p) < 0.08);
+        let same = ShapeMeasures::of(&ring, &ring, 0.005);
+        assert_eq!((same.pieces, same.holes.len()), (1, 1));
+        assert!((same.holes[0].radius - 0.03).abs() < 0.003 && same.holes[0].membrane == 0.0, "{same:?}");
+        let closed = lattice(0.005, 20, |p| r(p) < 0.08 && (r(p) > 0.03 || p[1] == 0.0));
+        let hole = ShapeMeasures::of(&closed, &ring, 0.005).holes[0];
+        assert!(hole.radius == 0.0 && hole.membrane > 0.005, "{hole:?}");
+        let narrow = lattice(0.005, 20, |p| r(p) < 0.08 && r(p) > 0.02);
+        let hole = ShapeMeasures::of(&narrow, &ring, 0.005).holes[0];
+        assert!((hole.radius - 0.02).abs() < 0.003 && hole.membrane == 0.0, "{hole:?}");
+    }
+
+    #[test]
+    fn two_blocks_are_two_pieces_and_a_bridge_makes_them_one() {
+        let apart = lattice(0.005, 20, |p| p[0].abs() > 0.02);
+        let joined = lattice(0.005, 20, |p| p[0].abs() > 0.02 || (p[1] == 0.0 && p[2] == 0.0));
+        assert_eq!(ShapeMeasures::of(&apart, &apart, 0.005).pieces, 2);
+        let measured = ShapeMeasures::of(&joined, &apart, 0.005);
+        assert_eq!((measured.pieces, measured.pieces_of_goal), (1, 2));
+        assert!(measured.holes.is_empty());
+        let mut crumb = apart;
+        crumb.push([0.0, 0.0, 0.0]);
+        let measured = ShapeMeasures::of(&crumb, &crumb, 0.005);
+        assert!(measured.pieces == 2 && measured.crumbs > 0.0);
+    }
+}
