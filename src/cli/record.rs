@@ -137,6 +137,7 @@ fn summary(inputs: &RunInputs<'_>, run: &TaskRun, version: &str) -> Summary {
         particles: run.initial.len(),
         stages,
         score_ceiling: Some(run.ceiling()),
+        shape: Some(run.shape.clone()),
         estimator: ESTIMATOR.to_owned(),
         version: version.to_owned(),
     }

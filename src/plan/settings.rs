@@ -104,13 +104,13 @@ impl SearchSettings {
             generations,
             parents: 6,
             knots: 4,
-            lengths: vec![15, 25, 40],
+            lengths: vec![10, 20, 40],
             length_exponent: 0.5,
             gradient_steps: 8,
             learning_rate: 0.05,
             settle_steps: 10,
             least_gain: 0.005,
-            max_failures: 1,
+            max_failures: 2,
         }
     }
 }

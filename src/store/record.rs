@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::trajectory::Trajectory;
 use crate::plan::settings::PlannerSettings;
 use crate::sim::params::Params;
+use crate::task::measures::ShapeMeasures;
 use crate::sim::tool::{Tool, ToolPose};
 
 /// Everything that a run leaves on disk.
@@ -50,6 +51,9 @@ pub struct Summary {
     /// The best score that the target allows (its cloud's own distance from what dough can do), if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub score_ceiling: Option<f64>,
+    /// Pieces and holes of the dough at the end, beside the goal's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<ShapeMeasures>,
     /// How the EMDs here were computed, for people: "exact assignment, all particles".
     #[serde(default)]
     pub estimator: String,

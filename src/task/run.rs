@@ -6,12 +6,15 @@
 use std::time::Instant;
 
 use super::error::StageError;
+use super::measures::ShapeMeasures;
 use super::pieces::{PieceId, Pieces};
 use super::scene::Scene;
 use super::subgoal::{StagePlan, Subgoal, low_quantile};
+use super::volume::measure_volume;
 use crate::emd::exact::assign;
 use crate::llm::stage::Stage;
 use crate::math::cloud::Point;
+use crate::math::neighbours::spacing;
 use crate::plan::settings::{Method, SearchSettings};
 use crate::plan::settle::settle;
 use crate::plan::{Progress, StageProblem, StageTrace, plan_stage};
@@ -68,6 +71,8 @@ pub struct TaskRun {
     pub emd_final: f64,
     /// Exact EMD between the goal and a second sample of it: what perfect dough would score.
     pub emd_of_perfect: f64,
+    /// Pieces and holes of the dough at the end, beside the goal's.
+    pub shape: ShapeMeasures,
     pub seconds: f64,
 }
 
@@ -145,6 +150,7 @@ pub fn run_task(
     let emd_final = assign(&state.x, &goal).mean_distance;
     Ok(TaskRun {
         emd_of_perfect: assign(&perfect, &goal).mean_distance,
+        shape: ShapeMeasures::of(&state.x, &goal, spacing(measure_volume(&initial), initial.len())),
         initial,
         goal,
         floor_y,

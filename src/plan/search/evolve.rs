@@ -22,8 +22,8 @@ pub struct Tried {
 }
 
 /// Standard deviations of the first generation that descends, and of the last.
-const WIDE: Spread = Spread { place: 0.015, yaw: 0.3, gap: 0.015, knot: 0.35, length: 0.3 };
-const NARROW: Spread = Spread { place: 0.003, yaw: 0.06, gap: 0.004, knot: 0.08, length: 0.1 };
+const WIDE: Spread = Spread { place: 0.015, yaw: 0.3, gap: 0.015, knot: 0.6, length: 0.3 };
+const NARROW: Spread = Spread { place: 0.003, yaw: 0.06, gap: 0.004, knot: 0.12, length: 0.1 };
 
 /// How many strokes are refined by gradients.
 const REFINED: usize = 2;

@@ -86,13 +86,14 @@ pub fn plan_stage<T: Real>(
         let Some(found) = found else { break StopReason::NoPlace };
         let actions = found.stroke.actions();
         let done = execute(&mut sim, problem, &state, &found.pose, actions, search.settle_steps);
-        let (horizon, settled, settling) = match done {
+        let (mut horizon, settled, settling) = match done {
             Ok(done) => done,
             Err(_) => {
                 failures += 1;
                 continue;
             }
         };
+        horizon.losses = vec![coarse.objective(&coarse.state.x), found.objective];
         let emd_after = stage_emd(problem, &settled.x);
         let accepted = emd_after < emd_now * (1.0 - search.least_gain);
         segments.push(SegmentTrace {

@@ -7,6 +7,9 @@ use crate::math::rng::{Pcg64, normal, uniform};
 use crate::sim::{Motion, Tool, ToolPose};
 use nalgebra::Vector3;
 
+/// Actions of this size are the smallest that a search draws or varies.
+const LEAST_VIGOUR: f64 = 0.1;
+
 /// Place and path of a tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
@@ -85,11 +88,12 @@ impl Stroke {
         next.z += spread.place * normal(rng);
         next.yaw += spread.yaw * normal(rng);
         next.gap = clamp_gap(tool, next.gap + spread.gap * normal(rng));
-        // A shift of the whole path and of every knot.
+        // A shift of the whole path and of every knot, in proportion to how far the tool moves.
+        let noise = spread.knot * self.vigour(tool).max(LEAST_VIGOUR);
         for c in free_components(tool) {
-            let shift = spread.knot * normal(rng);
+            let shift = noise * normal(rng);
             for knot in &mut next.knots {
-                knot[c] = (knot[c] + 0.6 * shift + 0.8 * spread.knot * normal(rng)).clamp(-1.0, 1.0);
+                knot[c] = (knot[c] + 0.6 * shift + 0.8 * noise * normal(rng)).clamp(-1.0, 1.0);
             }
         }
         if uniform(rng) < spread.length {
@@ -98,14 +102,22 @@ impl Stroke {
         next
     }
 
+    /// Root mean square of the actions at the knots.
+    fn vigour(&self, tool: &Tool) -> f64 {
+        let squares: Vec<f64> =
+            free_components(tool).flat_map(|c| self.knots.iter().map(move |knot| knot[c] * knot[c])).collect();
+        (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+    }
+
     /// Draws new knots around `lean`, a direction in the space of actions.
     pub fn with_random_knots(mut self, tool: &Tool, lean: &[f64], count: usize, rng: &mut Pcg64) -> Self {
-        let push = 0.2 + 0.7 * uniform(rng);
+        // From a nudge to full speed: what is left to do may be small.
+        let vigour = LEAST_VIGOUR.powf(uniform(rng));
         self.knots = vec![vec![0.0; tool.action_len()]; count];
         for c in free_components(tool) {
-            let mean = push * lean[c] + 0.35 * normal(rng);
+            let mean = lean[c] + 0.5 * normal(rng);
             for knot in &mut self.knots {
-                knot[c] = (mean + 0.35 * normal(rng)).clamp(-1.0, 1.0);
+                knot[c] = (vigour * (mean + 0.5 * normal(rng))).clamp(-1.0, 1.0);
             }
         }
         self
