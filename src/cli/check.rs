@@ -7,8 +7,8 @@ use anyhow::Result;
 use clap::Args;
 use comfy_table::{Table, presets};
 
-use crate::sim::params::{COURANT_LIMIT, Params};
 use crate::math::neighbours::spacing;
+use crate::sim::params::{COURANT_LIMIT, Params};
 use crate::task::{Scene, StagePlan, Target, load_scene};
 
 /// Generated targets that are tried for room: as many as a benchmark draws.

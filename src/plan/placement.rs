@@ -84,7 +84,7 @@ impl Placement<'_> {
                 } else {
                     motion.iter().map(|m| m.abs()).sum::<f64>()
                 };
-                worth / (self.tool.distance(pose, p).max(0.0) + self.delta)
+                worth / (self.tool.distance(pose, p).abs() + self.delta)
             })
             .sum()
     }
@@ -102,8 +102,7 @@ impl Placement<'_> {
         for i in 0..GRID {
             for k in 0..GRID {
                 for gap in self.gaps() {
-                    let pose =
-                        ToolPose { position: [at(0, i), 0.0, at(2, k)], rotation, gap };
+                    let pose = ToolPose { position: [at(0, i), 0.0, at(2, k)], rotation, gap };
                     poses.extend(self.lowered(pose));
                 }
             }

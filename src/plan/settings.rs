@@ -95,8 +95,8 @@ impl SearchSettings {
     pub fn of(effort: Effort) -> Self {
         let (particles, population, generations) = match effort {
             Effort::Quick => (800, 16, 3),
-            Effort::Normal => (1000, 24, 5),
-            Effort::Thorough => (1500, 40, 7),
+            Effort::Normal => (1000, 32, 5),
+            Effort::Thorough => (1500, 48, 8),
         };
         Self {
             particles,
@@ -105,7 +105,7 @@ impl SearchSettings {
             parents: 6,
             knots: 4,
             lengths: vec![10, 20, 40],
-            length_exponent: 0.5,
+            length_exponent: 0.2,
             gradient_steps: 8,
             learning_rate: 0.05,
             settle_steps: 10,

@@ -48,8 +48,8 @@
 //! the grid at the start of each control step ([`layout`], [`particles`]). Contact and tools are f64 throughout.
 //! Sums are taken in an order that does not depend on the number of threads.
 
-mod block;
 pub mod batch;
+mod block;
 pub mod boundary;
 pub mod constitutive;
 pub mod contact;

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use super::trajectory::Trajectory;
 use crate::plan::settings::PlannerSettings;
 use crate::sim::params::Params;
-use crate::task::measures::ShapeMeasures;
 use crate::sim::tool::{Tool, ToolPose};
+use crate::task::measures::ShapeMeasures;
 
 /// Everything that a run leaves on disk.
 #[derive(Clone, Debug, PartialEq)]

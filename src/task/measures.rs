@@ -62,21 +62,22 @@ impl ShapeMeasures {
         let large = |sizes: &[usize]| sizes.iter().filter(|s| **s as f64 >= least).count();
         let crumbs: usize = sizes.iter().filter(|s| (**s as f64) < least).sum();
         let mut open = holes(cloud, spacing);
-        let measured = holes(goal, spacing).into_iter().filter(|h| h.radius >= LEAST_HOLE * spacing).map(|wanted| {
-            // The dough's hole that is nearest to the goal's; each serves once.
-            let off = |h: &Hole| (h.center[0] - wanted.center[0]).hypot(h.center[1] - wanted.center[1]);
-            let near = (0..open.len())
-                .filter(|&k| off(&open[k]) < wanted.radius + open[k].radius)
-                .min_by(|&a, &b| off(&open[a]).total_cmp(&off(&open[b])));
-            let found = near.map(|k| open.remove(k));
-            let center = found.map_or(wanted.center, |h| h.center);
-            let inside = |p: &&Point| (p[0] - center[0]).hypot(p[2] - center[1]) < INNER * wanted.radius;
-            HoleMeasures {
-                goal_radius: wanted.radius,
-                radius: found.map_or(0.0, |h| h.radius),
-                membrane: cloud.iter().filter(inside).count() as f64 / cloud.len() as f64,
-            }
-        });
+        let measured =
+            holes(goal, spacing).into_iter().filter(|h| h.radius >= LEAST_HOLE * spacing).map(|wanted| {
+                // The dough's hole that is nearest to the goal's; each serves once.
+                let off = |h: &Hole| (h.center[0] - wanted.center[0]).hypot(h.center[1] - wanted.center[1]);
+                let near = (0..open.len())
+                    .filter(|&k| off(&open[k]) < wanted.radius + open[k].radius)
+                    .min_by(|&a, &b| off(&open[a]).total_cmp(&off(&open[b])));
+                let found = near.map(|k| open.remove(k));
+                let center = found.map_or(wanted.center, |h| h.center);
+                let inside = |p: &&Point| (p[0] - center[0]).hypot(p[2] - center[1]) < INNER * wanted.radius;
+                HoleMeasures {
+                    goal_radius: wanted.radius,
+                    radius: found.map_or(0.0, |h| h.radius),
+                    membrane: cloud.iter().filter(inside).count() as f64 / cloud.len() as f64,
+                }
+            });
         let holes = measured.collect();
         let pieces_of_goal = large(&piece_sizes(goal, LINK * spacing));
         Self { pieces: large(&sizes), pieces_of_goal, crumbs: crumbs as f64 / cloud.len() as f64, holes }

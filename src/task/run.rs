@@ -142,7 +142,9 @@ pub fn run_task(
         let (count, tool) = (plan.stages.len(), stage.tool.as_str());
         observe(RunEvent::Stage { index, count, tool, title: &stage.title });
         let subgoal = plan.subgoal(index, &pieces, seed);
-        let run = run_stage(scene, subgoal, &mut state, planning, seed, options, |p| observe(RunEvent::Progress(p)));
+        let run = run_stage(scene, subgoal, &mut state, planning, seed, options, |p| {
+            observe(RunEvent::Progress(p))
+        });
         run.subgoal.relabel(&mut pieces, &state.x, |a, b| assign(a, b).target_of);
         observe(RunEvent::StageDone { index, run: &run });
         runs.push(run);

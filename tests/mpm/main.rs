@@ -1,6 +1,7 @@
 //! The simulator against results of an independent implementation (tests/data/mpm, see its README), against
 //! finite differences, closed forms, and itself: threads, precisions, memory limits.
 
+mod batch;
 mod conservation;
 mod contact;
 mod determinism;

@@ -38,7 +38,8 @@ impl Coarse {
         let choose = |wanted: bool| {
             let ids: Vec<usize> = (0..n).filter(|&i| is_active[i] == wanted).collect();
             let places: Vec<Point> = ids.iter().map(|&i| state.x[i]).collect();
-            let m = ((share * ids.len() as f64).round() as usize).clamp(usize::from(!ids.is_empty()), ids.len());
+            let m =
+                ((share * ids.len() as f64).round() as usize).clamp(usize::from(!ids.is_empty()), ids.len());
             even_subset(&places, m).into_iter().map(|k| ids[k]).collect::<Vec<_>>()
         };
         let (active, others) = (choose(true), choose(false));
@@ -147,6 +148,7 @@ fn halve(points: &[Point], ids: &mut [usize], m: usize, chosen: &mut Vec<usize>)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::rng::{seeded, uniform};
 
     #[test]
     fn an_even_subset_keeps_the_shape_and_every_corner_of_it() {
@@ -163,5 +165,39 @@ mod tests {
         }
         assert_eq!(even_subset(&grid, 1000), (0..1000).collect::<Vec<_>>());
         assert!(even_subset(&grid, 0).is_empty());
+    }
+
+    #[test]
+    fn the_objective_is_zero_at_the_target_and_its_gradient_agrees_with_finite_differences() {
+        let mut rng = seeded(5, "coarse");
+        let mut cloud = |n: usize, at: f64| -> Vec<Point> {
+            (0..n).map(|_| std::array::from_fn(|_| at + 0.1 * uniform(&mut rng))).collect()
+        };
+        let (x, target) = (cloud(40, 0.4), cloud(30, 0.45));
+        let coarse = Coarse {
+            spacing: spacing(&target),
+            state: ParticleState::at_rest(x.clone()),
+            active: (0..30).collect(),
+            others: (30..40).collect(),
+            target: target.clone(),
+        };
+        let mut there = x.clone();
+        there[..30].copy_from_slice(&target);
+        assert!(coarse.objective(&there) < 1e-12);
+        // The others have left their place, or the distance would have a kink there.
+        let away: Vec<Point> = x.iter().map(|p| [p[0] + 0.01, p[1], p[2] - 0.005]).collect();
+        let (_, adj) = coarse.objective_adj(&away);
+        for i in [0, 7, 29, 30, 39] {
+            for a in 0..3 {
+                let h = 1e-7;
+                let moved = |by: f64| {
+                    let mut y = away.clone();
+                    y[i][a] += by;
+                    coarse.objective(&y)
+                };
+                let fd = (moved(h) - moved(-h)) / (2.0 * h);
+                assert!((adj[i][a] - fd).abs() < 1e-6, "{i} {a}: {} {fd}", adj[i][a]);
+            }
+        }
     }
 }

@@ -58,7 +58,7 @@ impl<T: Real> Search<'_, T> {
                     if generation == 0 {
                         let seed = &seeds[k % seeds.len()];
                         let begin = Stroke { steps: pick(&lengths, rng), ..seed.stroke.clone() };
-                        return begin.with_random_knots(self.tool, &seed.lean, s.knots, rng);
+                        return begin.with_random_knots(self.tool, seed.dive, &seed.lean, s.knots, rng);
                     }
                     let t = (generation - 1) as f64 / (s.generations - 1).max(2) as f64;
                     let parent = &pool[k % pool.len().min(s.parents)].stroke;

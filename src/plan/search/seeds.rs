@@ -6,9 +6,9 @@
 use crate::math::cloud::{Point, distance};
 use crate::plan::placement::Placement;
 use crate::plan::search::stroke::{Stroke, free_components};
+use crate::sim::ToolPose;
 use crate::sim::tool::path::ToolPath;
 use crate::sim::tool::{PoseAdj, Tool};
-use crate::sim::ToolPose;
 
 /// Turns about the vertical that are tried: a full circle, because a tool need not be symmetric.
 const YAWS: usize = 8;
@@ -20,39 +20,52 @@ const NEAR: f64 = 0.03;
 /// A place to begin from.
 #[derive(Clone, Debug)]
 pub struct Seed {
-    /// Its knots are all zero.
+    /// Place, yaw and gap; no knots yet.
     pub stroke: Stroke,
-    /// Direction in the space of actions; its largest component is 1 or -1, or all are 0.
+    /// How far the tool first goes down into the dough, m.
+    pub dive: f64,
+    /// Where it should go then: a direction in the space of actions, whose largest component is 1 or -1, or all
+    /// are 0.
     pub lean: Vec<f64>,
 }
 
 /// Up to `count` places, best first.
+///
+/// A tool may push from where it touches the dough, or from inside, as low as it can go: a knife that stands
+/// on a bar pushes nothing apart, but one that has gone through it does.
 pub fn seeds(place: &Placement<'_>, substeps: usize, motion: &[Point], count: usize) -> Vec<Seed> {
-    let mut scored: Vec<(f64, Stroke, ToolPose)> = Vec::new();
+    let mut scored: Vec<(f64, Stroke, ToolPose, f64)> = Vec::new();
+    let lowest = place.tool.lower_bound[1];
     for k in 0..YAWS {
         let yaw = std::f64::consts::TAU * k as f64 / YAWS as f64;
         let turned = Stroke { x: 0.0, z: 0.0, yaw, gap: 0.0, steps: 0, knots: Vec::new() };
         for pose in place.candidates(turned.pose_above(place.rest).rotation) {
             let stroke = Stroke { x: pose.position[0], z: pose.position[2], gap: pose.gap, ..turned.clone() };
-            scored.push((place.score(&pose), stroke, pose));
+            scored.push((place.score(&pose), stroke.clone(), pose, 0.0));
+            let dive = pose.position[1] - lowest;
+            if dive > 0.0 {
+                let [x, _, z] = pose.position;
+                let inside = ToolPose { position: [x, lowest, z], ..pose };
+                scored.push((place.score(&inside), stroke, inside, dive));
+            }
         }
     }
     scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut chosen: Vec<(Stroke, ToolPose)> = Vec::new();
-    for (_, stroke, pose) in scored {
-        let is_new = |other: &(Stroke, ToolPose)| {
+    let mut chosen: Vec<(Stroke, ToolPose, f64)> = Vec::new();
+    for (_, stroke, pose, dive) in scored {
+        let is_new = |other: &(Stroke, ToolPose, f64)| {
             distance(other.1.position, pose.position) > APART
                 || (other.0.yaw != stroke.yaw && !same_surface(place.tool, &other.1, &pose))
         };
         if chosen.iter().all(is_new) {
-            chosen.push((stroke, pose));
+            chosen.push((stroke, pose, dive));
         }
         if chosen.len() == count {
             break;
         }
     }
     let lean = |pose: &ToolPose| lean(place, substeps, motion, pose);
-    chosen.into_iter().map(|(stroke, pose)| Seed { lean: lean(&pose), stroke }).collect()
+    chosen.into_iter().map(|(stroke, pose, dive)| Seed { lean: lean(&pose), stroke, dive }).collect()
 }
 
 /// Whether a tool looks the same from all sides at both poses: at points around it, it is as far away.

@@ -104,13 +104,22 @@ impl Stroke {
 
     /// Root mean square of the actions at the knots.
     fn vigour(&self, tool: &Tool) -> f64 {
-        let squares: Vec<f64> =
-            free_components(tool).flat_map(|c| self.knots.iter().map(move |knot| knot[c] * knot[c])).collect();
+        let squares: Vec<f64> = free_components(tool)
+            .flat_map(|c| self.knots.iter().map(move |knot| knot[c] * knot[c]))
+            .collect();
         (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
     }
 
-    /// Draws new knots around `lean`, a direction in the space of actions.
-    pub fn with_random_knots(mut self, tool: &Tool, lean: &[f64], count: usize, rng: &mut Pcg64) -> Self {
+    /// Draws `count` knots: the tool first goes down by `dive`, in half of the time if it can, and then around
+    /// `lean`, a direction in the space of actions.
+    pub fn with_random_knots(
+        mut self,
+        tool: &Tool,
+        dive: f64,
+        lean: &[f64],
+        count: usize,
+        rng: &mut Pcg64,
+    ) -> Self {
         // From a nudge to full speed: what is left to do may be small.
         let vigour = LEAST_VIGOUR.powf(uniform(rng));
         self.knots = vec![vec![0.0; tool.action_len()]; count];
@@ -118,6 +127,19 @@ impl Stroke {
             let mean = lean[c] + 0.5 * normal(rng);
             for knot in &mut self.knots {
                 knot[c] = (vigour * (mean + 0.5 * normal(rng))).clamp(-1.0, 1.0);
+            }
+        }
+        let c = tool.motion.rise();
+        if dive > 0.0 && tool.action_scale[c] > 0.0 {
+            let down = dive / (tool.action_scale[c] * 0.5 * self.steps as f64) * (0.7 + 0.6 * uniform(rng));
+            for (k, knot) in self.knots.iter_mut().enumerate() {
+                if 2 * k < count {
+                    knot.iter_mut().for_each(|a| *a *= 0.3);
+                    knot[c] -= down;
+                } else {
+                    knot[c] *= 0.3;
+                }
+                knot[c] = knot[c].clamp(-1.0, 1.0);
             }
         }
         self
@@ -138,5 +160,77 @@ fn clamp_gap(tool: &Tool, gap: f64) -> f64 {
     match tool.motion {
         Motion::Gripper { minimal_gap, maximal_gap } => gap.clamp(minimal_gap, maximal_gap),
         _ => gap,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::check::{Tolerance, directional};
+    use crate::math::rng::seeded;
+    use crate::sim::Shape;
+
+    fn pole() -> Tool {
+        Tool {
+            name: "pole".into(),
+            shape: Shape::Capsule { radius: 0.03, length: 0.2 },
+            motion: Motion::Translation,
+            friction: 0.9,
+            action_scale: vec![0.01, 0.01, 0.0],
+            lower_bound: [0.0; 3],
+            upper_bound: [1.0; 3],
+        }
+    }
+
+    fn stroke(steps: usize, rng: &mut Pcg64) -> Stroke {
+        let begin = Stroke { x: 0.5, z: 0.4, yaw: 0.3, gap: 0.0, steps, knots: Vec::new() };
+        begin.with_random_knots(&pole(), 0.0, &[1.0, -0.5, 0.0], 4, rng)
+    }
+
+    #[test]
+    fn actions_pass_through_the_knots_and_their_adjoint_agrees_with_finite_differences() {
+        let mut rng = seeded(1, "stroke");
+        for steps in [1, 2, 7, 40] {
+            let stroke = stroke(steps, &mut rng);
+            let actions = stroke.actions();
+            assert_eq!(actions.len(), steps);
+            let (low, high) =
+                (stroke.knots[0][0].min(stroke.knots[1][0]), stroke.knots[0][0].max(stroke.knots[1][0]));
+            assert!(steps < 7 || (low..=high).contains(&actions[0][0]));
+            let flat: Vec<f64> = stroke.knots.concat();
+            let forward = |x: &[f64]| {
+                let knots = x.chunks(3).map(<[f64]>::to_vec).collect();
+                Stroke { knots, ..stroke.clone() }.actions().concat()
+            };
+            let adjoint = |_: &[f64], y: &[f64]| {
+                let rows: Vec<Vec<f64>> = y.chunks(3).map(<[f64]>::to_vec).collect();
+                stroke.actions_adj(&rows).concat()
+            };
+            let tolerance = Tolerance { relative: 1e-7, absolute: 1e-9 };
+            directional(&mut rng, &flat, forward, adjoint, tolerance);
+        }
+    }
+
+    #[test]
+    fn a_component_that_does_nothing_stays_zero_and_all_stay_within_bounds() {
+        let mut rng = seeded(2, "stroke");
+        let spread = Spread { place: 0.01, yaw: 0.2, gap: 0.01, knot: 0.8, length: 0.5 };
+        let mut now = stroke(20, &mut rng);
+        for _ in 0..50 {
+            now = now.varied(&pole(), &spread, &[10, 40], &mut rng);
+            assert!(now.knots.iter().all(|k| k[2] == 0.0 && k.iter().all(|a| a.abs() <= 1.0)));
+            assert!([10, 20, 40].contains(&now.steps));
+        }
+    }
+
+    #[test]
+    fn a_dive_takes_the_tool_down_by_about_its_depth_in_the_first_half() {
+        let mut rng = seeded(3, "stroke");
+        let begin = Stroke { x: 0.5, z: 0.5, yaw: 0.0, gap: 0.0, steps: 40, knots: Vec::new() };
+        for _ in 0..20 {
+            let dived = begin.clone().with_random_knots(&pole(), 0.1, &[1.0, 0.0, 0.0], 4, &mut rng);
+            let down: f64 = dived.actions()[..20].iter().map(|a| 0.01 * a[1]).sum();
+            assert!((-0.2..-0.03).contains(&down), "{down}");
+        }
     }
 }

@@ -45,6 +45,16 @@ impl Motion {
     }
 }
 
+impl Motion {
+    /// The action component that moves the tool up.
+    pub fn rise(&self) -> usize {
+        match self {
+            Self::RollingPin => 2,
+            Self::Translation | Self::Rigid | Self::Gripper { .. } => 1,
+        }
+    }
+}
+
 /// The tool's displacement before clamping, and the two rotations around its orientation: the next one
 /// is `before q after`.
 struct Increment {
