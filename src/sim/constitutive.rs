@@ -6,10 +6,10 @@
 //! right also where stretches coincide (as they do at every start, F = I). Lanes throughout.
 
 use super::elasticity::{self, Principal, stress, stress_adj};
-use super::lanes::{Lanes, M3, det, exp, identity, mul, mul_t, sinhc, t_mul};
+use super::lanes::{Lanes, M3, det, exp, mul, mul_t, sinhc, t_mul};
 use super::params::Params;
 use super::plasticity::{Return, return_map, return_map_adj};
-use super::spectral::{Spectrum, compose, spectral_adj, spectrum};
+use super::spectral::{Spectrum, compose, eigenvectors, spectrum};
 
 /// What the constitutive update found for sixteen particles.
 pub struct Update<L: Lanes> {
@@ -19,7 +19,8 @@ pub struct Update<L: Lanes> {
     pub f_new: M3<L>,
     /// Kirchhoff stress, Pa.
     pub tau: M3<L>,
-    spectrum: Spectrum<L>,
+    /// Eigen-decomposition of the trial's F F^T.
+    pub spectrum: Spectrum<L>,
     ret: Return<L>,
     principal: Principal<L>,
     /// Eigenvalues of K: what plastic flow multiplies each stretch by.
@@ -61,21 +62,36 @@ pub fn trial_adj<L: Lanes>(dt: f64, c: &M3<L>, f: &M3<L>, trial_adj: &M3<L>) -> 
 /// Return mapping and stress of a trial deformation.
 #[inline(always)]
 pub fn update<L: Lanes>(params: &Params, f_trial: M3<L>) -> Update<L> {
-    let spectrum = spectrum(&f_trial);
+    let u = eigenvectors(&f_trial);
+    update_in(params, f_trial, u)
+}
+
+/// [`update`] when the eigenvectors of the trial's F F^T are known.
+#[inline(always)]
+pub fn update_in<L: Lanes>(params: &Params, f_trial: M3<L>, u: M3<L>) -> Update<L> {
+    let spectrum = spectrum(&f_trial, u);
     let ret = return_map(params, &spectrum.log);
-    let principal = stress(params, &ret.strain);
-    let one = L::constant(1.0);
-    let mut flow = ret.strain;
-    for i in 0..3 {
-        flow[i] = L::select(ret.yields, exp(ret.strain[i] - spectrum.log[i]), one);
-    }
-    let flowed = mul(&compose(&spectrum, &flow), &f_trial);
+    let mut flow = [L::constant(1.0); 3];
     let mut f_new = f_trial;
-    for i in 0..3 {
-        for j in 0..3 {
-            f_new[i][j] = L::select(ret.yields, flowed[i][j], f_trial[i][j]);
+    let mut stretch = spectrum.stretch;
+    if L::bits(ret.yields) != 0 {
+        let mut scaled = spectrum.turned;
+        for i in 0..3 {
+            flow[i] = L::select(ret.yields, exp(ret.strain[i] - spectrum.log[i]), flow[i]);
+            stretch[i] = stretch[i] * flow[i];
+            for entry in &mut scaled[i] {
+                *entry = flow[i] * *entry;
+            }
+        }
+        // K F = U diag(flow) U^T F
+        let flowed = mul(&u, &scaled);
+        for i in 0..3 {
+            for j in 0..3 {
+                f_new[i][j] = L::select(ret.yields, flowed[i][j], f_trial[i][j]);
+            }
         }
     }
+    let principal = stress(params, stretch);
     let tau = compose(&spectrum, &principal.stress);
     Update { f_trial, f_new, tau, spectrum, ret, principal, flow }
 }
@@ -87,56 +103,60 @@ pub fn inverted<L: Lanes>(f_trial: &M3<L>) -> u16 {
 }
 
 /// Adjoint of [`update`]: from the adjoints of the new deformation and of the stress to that of the trial.
+///
+/// All is done in the eigenbasis, with `F' = U^T F_trial` and `G' = U^T F_new_adj`. The adjoint of an isotropic
+/// function of b goes back through the divided differences of its eigenvalues (Daleckii and Krein; Higham,
+/// Functions of Matrices, theorem 3.11).
 #[inline(always)]
 pub fn update_adj<L: Lanes>(params: &Params, up: &Update<L>, f_new_adj: &M3<L>, tau_adj: &M3<L>) -> M3<L> {
-    let zero = L::constant(0.0);
-    let u = &up.spectrum.u;
-    // Adjoints of K and tau in the eigenbasis.
-    let k_adj = to_eigenbasis(u, &mul_t(f_new_adj, &up.f_trial));
+    let (zero, one) = (L::constant(0.0), L::constant(1.0));
+    let (u, f) = (&up.spectrum.u, &up.spectrum.turned);
+    let g = t_mul(u, f_new_adj);
+    // The adjoints of K and tau, symmetric.
+    let gf = mul_t(&g, f);
     let t_adj = to_eigenbasis(u, tau_adj);
 
     let mut strain_adj = stress_adj(params, &up.principal, &[t_adj[0][0], t_adj[1][1], t_adj[2][2]]);
     let mut flow_adj = [zero; 3];
     for i in 0..3 {
-        flow_adj[i] = L::select(up.ret.yields, k_adj[i][i] * up.flow[i], zero);
+        flow_adj[i] = L::select(up.ret.yields, gf[i][i] * up.flow[i], zero);
         strain_adj[i] = strain_adj[i] + flow_adj[i];
     }
-    let mut log_adj = return_map_adj(&up.ret, &strain_adj);
-    for i in 0..3 {
-        log_adj[i] = log_adj[i] - flow_adj[i];
-    }
+    let log_adj = return_map_adj(&up.ret, &strain_adj);
 
-    let inverse_stretch = [exp(-up.spectrum.log[0]), exp(-up.spectrum.log[1]), exp(-up.spectrum.log[2])];
-    let mut off = [zero; 3];
-    for (entry, (i, j)) in off.iter_mut().zip(PAIRS) {
+    let s = &up.spectrum.stretch;
+    let inverse_stretch = [one.div(s[0]), one.div(s[1]), one.div(s[2])];
+    // Twice the adjoint of b, symmetric.
+    let mut b_adj = gf;
+    for i in 0..3 {
+        // d ln s / d lambda = 1 / (2 s^2)
+        b_adj[i][i] = (log_adj[i] - flow_adj[i]) * inverse_stretch[i] * inverse_stretch[i];
+    }
+    for (i, j) in PAIRS {
         let (flow, stretch) = differences(up, &inverse_stretch, i, j);
         let stress = elasticity::stress_difference(params, &up.principal, i, j, stretch);
-        *entry = flow.mul_add(k_adj[i][j], stress * t_adj[i][j]);
+        b_adj[i][j] = flow.mul_add(gf[i][j] + gf[j][i], (stress + stress) * t_adj[i][j]);
+        b_adj[j][i] = b_adj[i][j];
     }
-    let b_adj = spectral_adj(&up.spectrum, &inverse_stretch, &log_adj, &off);
 
     // F_new = K F, b = F F^T.
-    let through_k = mul(&compose(&up.spectrum, &up.flow), f_new_adj);
-    let through_b = mul(&b_adj, &up.f_trial);
-    let mut out = *f_new_adj;
+    let mut out = mul(&b_adj, f);
     for i in 0..3 {
         for j in 0..3 {
-            let direct = L::select(up.ret.yields, through_k[i][j], f_new_adj[i][j]);
-            out[i][j] = direct + (through_b[i][j] + through_b[i][j]);
+            out[i][j] = up.flow[i].mul_add(g[i][j], out[i][j]);
         }
     }
-    out
+    mul(u, &out)
 }
 
 /// `U^T sym(m) U`.
 #[inline(always)]
 fn to_eigenbasis<L: Lanes>(u: &M3<L>, m: &M3<L>) -> M3<L> {
     let half = L::constant(0.5);
-    let mut sym = identity::<L>();
-    for i in 0..3 {
-        for j in 0..3 {
-            sym[i][j] = half * (m[i][j] + m[j][i]);
-        }
+    let mut sym = *m;
+    for (i, j) in PAIRS {
+        sym[i][j] = half * (m[i][j] + m[j][i]);
+        sym[j][i] = sym[i][j];
     }
     t_mul(u, &mul(&sym, u))
 }
@@ -145,18 +165,22 @@ fn to_eigenbasis<L: Lanes>(u: &M3<L>, m: &M3<L>) -> M3<L> {
 ///
 /// With D = ln s_i - ln s_j and rho the slope of the return mapping between the two strains,
 /// `q_i - q_j = 2 sqrt(q_i q_j) sinh(rho D / 2)` and `s_i^2 - s_j^2 = 2 s_i s_j sinh D`; so for K with
-/// rho - 1. Both quotients are smooth at D = 0 when written with sinh(x)/x.
+/// rho - 1. Both quotients are smooth at D = 0 when written with sinh(x)/x. Where nothing yields, q = s.
 #[inline(always)]
 fn differences<L: Lanes>(up: &Update<L>, inverse_stretch: &[L; 3], i: usize, j: usize) -> (L, L) {
     let (one, half, zero) = (L::constant(1.0), L::constant(0.5), L::constant(0.0));
+    let s = &up.spectrum.stretch;
+    if L::bits(up.ret.yields) == 0 {
+        return (zero, one.div(s[i] + s[j]));
+    }
     let d = up.spectrum.log[i] - up.spectrum.log[j];
     let rho = slope(up, i, j, d);
-    let scale = (inverse_stretch[i] * inverse_stretch[j]).div(sinhc(d));
+    let scale = half * (inverse_stretch[i] * inverse_stretch[j]).div(sinhc(d));
     let q = &up.principal.stretch;
     let half_d = half * d;
-    let stretch = (q[i] * q[j]).sqrt() * scale * half * rho * sinhc(rho * half_d);
+    let stretch = (q[i] * q[j]).sqrt() * scale * (rho * sinhc(rho * half_d));
     let rest = rho - one;
-    let flow = (up.flow[i] * up.flow[j]).sqrt() * scale * half * rest * sinhc(rest * half_d);
+    let flow = (up.flow[i] * up.flow[j]).sqrt() * scale * (rest * sinhc(rest * half_d));
     (L::select(up.ret.yields, flow, zero), stretch)
 }
 

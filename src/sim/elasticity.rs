@@ -1,16 +1,16 @@
 //! Fixed corotated elasticity in principal stretches, and its adjoint.
 //!
-//! Elastic Hencky strains come in, principal Kirchhoff stresses go out (Stomakhin et al. 2012):
+//! Elastic stretches come in, principal Kirchhoff stresses go out (Stomakhin et al. 2012):
 //! `tau_i = 2 mu q_i (q_i - 1) + lambda J (J - 1)` with stretches `q_i` and `J` their product. Lanes
 //! throughout.
 
-use super::lanes::{Lanes, Real, exp};
+use super::lanes::{Lanes, Real};
 use super::params::Params;
 
 /// Principal stretches and stresses of sixteen particles.
 #[derive(Clone, Copy)]
 pub struct Principal<L> {
-    /// Stretches `exp(strain)`.
+    /// Elastic stretches q_i.
     pub stretch: [L; 3],
     /// Their product J.
     volume: L,
@@ -18,13 +18,12 @@ pub struct Principal<L> {
     pub stress: [L; 3],
 }
 
-/// Principal stresses from elastic strains.
+/// Principal stresses from elastic stretches.
 #[inline(always)]
-pub fn stress<L: Lanes>(params: &Params, strain: &[L; 3]) -> Principal<L> {
+pub fn stress<L: Lanes>(params: &Params, q: [L; 3]) -> Principal<L> {
     let one = L::constant(1.0);
     let two_mu = L::splat(L::Real::from_f64(2.0 * params.mu()));
     let lambda = L::splat(L::Real::from_f64(params.lambda()));
-    let q = [exp(strain[0]), exp(strain[1]), exp(strain[2])];
     let volume = q[0] * q[1] * q[2];
     let pressure = lambda * volume * (volume - one);
     let mut tau = q;
@@ -34,7 +33,7 @@ pub fn stress<L: Lanes>(params: &Params, strain: &[L; 3]) -> Principal<L> {
     Principal { stretch: q, volume, stress: tau }
 }
 
-/// Adjoint of [`stress`]: adjoint of the strains.
+/// Adjoint of [`stress`]: adjoint of the strains `ln q_i`.
 #[inline(always)]
 pub fn stress_adj<L: Lanes>(params: &Params, p: &Principal<L>, stress_adj: &[L; 3]) -> [L; 3] {
     let one = L::constant(1.0);

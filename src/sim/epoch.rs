@@ -17,6 +17,7 @@
 //! in the example) and are run a second time in the backward pass, which makes a gradient about a third slower.
 //! The bits of the result are the same.
 
+use super::block::AXES;
 use super::lanes::Real;
 use super::layout::Layout;
 use super::particles::{BLOCK, blocks_for};
@@ -28,6 +29,8 @@ use super::transfer::NODE;
 pub struct Trace<T> {
     /// Packed states, one more than substeps.
     pub states: Vec<Vec<T>>,
+    /// Eigenvectors of each particle's trial deformation, [`AXES`] numbers a block.
+    pub axes: Vec<Vec<T>>,
     /// Momentum and mass of the nodes at each substep.
     pub momentum: Vec<Vec<T>>,
     /// Velocity of the nodes at each substep.
@@ -46,13 +49,14 @@ impl<T: Real> Trace<T> {
             }
         };
         fit(&mut self.states, substeps + 1, blocks_for(particles) * BLOCK);
+        fit(&mut self.axes, substeps, blocks_for(particles) * AXES);
         fit(&mut self.momentum, substeps, nodes * NODE);
         fit(&mut self.velocity, substeps, nodes * NODE);
     }
 
     /// Bytes that [`Trace::resize`] asks for.
     pub fn bytes(substeps: usize, particles: usize, nodes: usize) -> usize {
-        let state = blocks_for(particles) * BLOCK * (substeps + 1);
+        let state = blocks_for(particles) * (BLOCK * (substeps + 1) + AXES * substeps);
         (state + 2 * nodes * NODE * substeps) * size_of::<T>()
     }
 }

@@ -4,13 +4,13 @@
 //! al. 2015). Imports the transfers.
 
 use super::block::{load_m3, load3, store_m3, store3};
-use super::kernel::{ParticleRows, to_lanes, to_particles, weight_derivatives, weights};
-use super::lanes::{Kernel, LANES, Lanes, M3, Real, splat_m3};
+use super::kernel::{ParticleRows, no_rows, to_lanes, to_particles, weights};
+use super::lanes::{Kernel, LANES, Lanes, M3, Real, prefetch, splat_m3};
 use super::layout::{Layout, Part};
 use super::p2g::particles_in;
 use super::params::Params;
 use super::particles::{BLOCK, C, V, X};
-use super::transfer::{Gather, Scatter};
+use super::transfer::{Gather, Scatter, scatter_and_gradient};
 
 /// G2P of one part.
 pub struct GridToParticles<'a, T> {
@@ -39,15 +39,15 @@ impl<T: Real> Kernel<T> for GridToParticles<'_, T> {
         let mut gather = Gather::<L>::new(self.layout, self.part, self.velocity);
         let blocks = &self.state.as_chunks::<BLOCK>().0[self.part.blocks.clone()];
         let next = self.next.as_chunks_mut::<BLOCK>().0;
+        let (mut w, mut moments) = (no_rows(), no_rows());
         for (k, (block, next)) in blocks.iter().zip(next).enumerate() {
             let b = self.part.blocks.start + k;
             let count = particles_in(self.layout, b);
             let x = load3::<L>(block, X);
-            let w = weights(params.nodes, &x);
-            let mut moments = [[T::default(); LANES]; LANES];
+            let f = weights(params.nodes, &x, &mut w);
             for lane in 0..count {
-                gather.move_to(&w.rows[lane]);
-                gather.moments(&w.rows[lane]).store(&mut moments[lane]);
+                gather.move_to(&w[lane]);
+                gather.moments(&w[lane]).store(&mut moments[lane]);
             }
             let p = to_lanes::<L>(&moments);
             let v = [p[0], p[1], p[2]];
@@ -56,7 +56,7 @@ impl<T: Real> Kernel<T> for GridToParticles<'_, T> {
             let mut finite = zero;
             for i in 0..3 {
                 for j in 0..3 {
-                    c[i][j] = per_cell * (p[4 + 4 * j + i] - v[i] * w.f[j]);
+                    c[i][j] = per_cell * (p[4 + 4 * j + i] - v[i] * f[j]);
                 }
                 let to = dt.mul_add(v[i], x[i]);
                 // Stays 0 for numbers, turns NaN for NaN and infinity.
@@ -95,7 +95,7 @@ pub struct GridToParticlesAdj<'a, T> {
 
 /// What scattering to a node at offset o adds to its velocity's adjoint: `v_adj + 4/dx C_adj (o - f)`.
 #[inline(always)]
-fn contribution_adj<L: Lanes>(v_adj: &[L; 3], c_adj: &M3<L>, f: &[L; 3]) -> ParticleRows<L::Real> {
+fn contribution_adj<L: Lanes>(v_adj: &[L; 3], c_adj: &M3<L>, f: &[L; 3], rows: &mut ParticleRows<L::Real>) {
     let mut q = [L::constant(0.0); LANES];
     for i in 0..3 {
         let at_f = c_adj[i][2].mul_add(f[2], c_adj[i][1].mul_add(f[1], c_adj[i][0] * f[0]));
@@ -104,7 +104,7 @@ fn contribution_adj<L: Lanes>(v_adj: &[L; 3], c_adj: &M3<L>, f: &[L; 3]) -> Part
             q[4 + 4 * j + i] = c_adj[i][j];
         }
     }
-    to_particles(q)
+    to_particles(q, rows);
 }
 
 impl<T: Real> Kernel<T> for GridToParticlesAdj<'_, T> {
@@ -122,10 +122,13 @@ impl<T: Real> Kernel<T> for GridToParticlesAdj<'_, T> {
         let mut gather = Gather::<L>::new(self.layout, self.part, self.velocity);
         let range = self.part.blocks.clone();
         let blocks = &self.state.as_chunks::<BLOCK>().0[range.clone()];
-        let next = &self.next.as_chunks::<BLOCK>().0[range.clone()];
+        let nexts = &self.next.as_chunks::<BLOCK>().0[range.clone()];
         let adj = self.adj.as_chunks_mut::<BLOCK>().0;
-        for (k, ((block, next), adj)) in blocks.iter().zip(next).zip(adj).enumerate() {
+        let (mut w, mut q, mut gradient) = (no_rows(), no_rows(), no_rows());
+        for (k, ((block, next), adj)) in blocks.iter().zip(nexts).zip(adj).enumerate() {
             let count = particles_in(self.layout, range.start + k);
+            prefetch(blocks.get(k + 1).map_or(&[], |soon| &soon[X * LANES..V * LANES]));
+            prefetch(nexts.get(k + 1).map_or(&[], |soon| &soon[X * LANES..C * LANES]));
             let (moved, v) = (load3::<L>(next, X), load3::<L>(next, V));
             let (mut x_adj, mut v_adj) = (load3::<L>(adj, X), load3::<L>(adj, V));
             let mut c_adj = load_m3::<L>(adj, C);
@@ -138,15 +141,11 @@ impl<T: Real> Kernel<T> for GridToParticlesAdj<'_, T> {
                     c_adj[i][j] = per_cell * c_adj[i][j];
                 }
             }
-            let w = weights(params.nodes, &load3::<L>(block, X));
-            let dw = weight_derivatives(&w.f);
-            let q = contribution_adj(&v_adj, &c_adj, &w.f);
-            let mut gradient = [[T::default(); LANES]; LANES];
+            let f = weights(params.nodes, &load3::<L>(block, X), &mut w);
+            contribution_adj(&v_adj, &c_adj, &f, &mut q);
             for lane in 0..count {
-                let inside = scatter.add(&w.rows[lane], &q[lane]);
-                debug_assert!(inside, "scattered in the forward pass");
-                gather.move_to(&w.rows[lane]);
-                gather.weight_gradient(&w.rows[lane], &dw[lane], &q[lane]).store(&mut gradient[lane]);
+                scatter_and_gradient(&mut scatter, &mut gather, &w[lane], &q[lane])
+                    .store(&mut gradient[lane]);
             }
             let d = to_lanes::<L>(&gradient);
             for j in 0..3 {

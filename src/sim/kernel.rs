@@ -8,23 +8,20 @@ use super::lanes::{LANES, Lanes, Real};
 /// Sixteen numbers for each of a block's sixteen particles.
 pub type ParticleRows<T> = [[T; LANES]; LANES];
 
-/// Weights of a block's particles.
-pub struct Weights<L: Lanes> {
-    /// Per particle: `[wx0 wx1 wx2 cell_x | wy0 wy1 wy2 cell_y | wz0 wz1 wz2 0 | cell_z 0 0 0]`.
-    pub rows: ParticleRows<L::Real>,
-    /// Position within the base cell, in cells, in [0.5, 1.5).
-    pub f: [L; 3],
+/// A buffer for [`ParticleRows`]. Kernels make it once and not for every block: clearing it costs as much as
+/// filling it.
+#[inline(always)]
+pub fn no_rows<T: Real>() -> ParticleRows<T> {
+    [[T::default(); LANES]; LANES]
 }
 
 /// From lanes (16 quantities of 16 particles) to particles.
 #[inline(always)]
-pub fn to_particles<L: Lanes>(mut m: [L; LANES]) -> ParticleRows<L::Real> {
+pub fn to_particles<L: Lanes>(mut m: [L; LANES], rows: &mut ParticleRows<L::Real>) {
     L::transpose(&mut m);
-    let mut rows = [[L::Real::default(); LANES]; LANES];
-    for (lanes, row) in m.iter().zip(&mut rows) {
+    for (lanes, row) in m.iter().zip(rows) {
         lanes.store(row);
     }
-    rows
 }
 
 /// From particles to lanes.
@@ -38,42 +35,46 @@ pub fn to_lanes<L: Lanes>(rows: &ParticleRows<L::Real>) -> [L; LANES] {
     m
 }
 
-/// The base cell that a row of [`Weights`] names.
+/// The base cell that a row of [`weights`] names: column and z.
 #[inline(always)]
-pub fn cell<T: Real>(row: &[T; LANES]) -> [i32; 3] {
-    [row[3].to_f64() as i32, row[7].to_f64() as i32, row[12].to_f64() as i32]
+pub fn cell<T: Real>(row: &[T; LANES]) -> [T; 2] {
+    [row[3], row[7]]
 }
 
 /// Base cells (`trunc(x/dx - 0.5)`) and weights `(1.5-f)^2/2, 3/4-(f-1)^2, (f-0.5)^2/2` on each axis.
+///
+/// Returns f, the position within the base cell, in cells, in [0.5, 1.5). Writes for each particle
+/// `[wx0 wx1 wx2 column | wy0 wy1 wy2 cell_z | wz0 wz1 wz2 0 | dx dy dz 0]`. The base cell is
+/// `column = cell_x nodes + cell_y` and `cell_z`, both exact; dx, dy, dz are the derivatives of the first
+/// weights, from which the others follow ([`derivatives`]).
 #[inline(always)]
-pub fn weights<L: Lanes>(nodes: usize, x: &[L; 3]) -> Weights<L> {
+pub fn weights<L: Lanes>(nodes: usize, x: &[L; 3], rows: &mut ParticleRows<L::Real>) -> [L; 3] {
     let (scale, half) = (L::constant(nodes as f64), L::constant(0.5));
     let zero = L::constant(0.0);
     let mut m = [zero; LANES];
-    let mut f = *x;
+    let (mut f, mut base) = (*x, *x);
     for axis in 0..3 {
         let cells = x[axis] * scale;
-        let base = (cells - half).floor().max(zero);
-        f[axis] = cells - base;
-        let (q, s, w) = (L::constant(1.5) - f[axis], f[axis] - L::constant(1.0), f[axis] - half);
-        m[4 * axis] = half * q * q;
+        base[axis] = (cells - half).floor().max(zero);
+        f[axis] = cells - base[axis];
+        let (d, s, w) = (f[axis] - L::constant(1.5), f[axis] - L::constant(1.0), f[axis] - half);
+        m[4 * axis] = half * d * d;
         m[4 * axis + 1] = L::constant(0.75) - s * s;
         m[4 * axis + 2] = half * w * w;
-        m[if axis == 2 { 12 } else { 4 * axis + 3 }] = base;
+        m[12 + axis] = d;
     }
-    Weights { rows: to_particles(m), f }
+    m[3] = base[0].mul_add(scale, base[1]);
+    m[7] = base[2];
+    to_particles(m, rows);
+    f
 }
 
-/// Derivatives of the weights by f, in the same places as the weights.
+/// Derivatives of an axis's three weights by f, from that of the first: they sum to zero, and the last is
+/// one more than the first.
 #[inline(always)]
-pub fn weight_derivatives<L: Lanes>(f: &[L; 3]) -> ParticleRows<L::Real> {
-    let mut m = [L::constant(0.0); LANES];
-    for axis in 0..3 {
-        m[4 * axis] = f[axis] - L::constant(1.5);
-        m[4 * axis + 1] = L::constant(2.0) - (f[axis] + f[axis]);
-        m[4 * axis + 2] = f[axis] - L::constant(0.5);
-    }
-    to_particles(m)
+pub fn derivatives<L: Lanes>(first: L) -> [L; 3] {
+    let last = first + L::constant(1.0);
+    [first, -(first + last), last]
 }
 
 #[cfg(test)]
@@ -86,8 +87,18 @@ mod tests {
         type Output = ([f64; LANES], [f64; LANES]);
         #[inline(always)]
         fn run<L: Lanes<Real = f64>>(self) -> Self::Output {
-            let w = weights(64, &[L::constant(self.0); 3]);
-            (w.rows[3], weight_derivatives(&w.f)[3])
+            let mut rows = no_rows();
+            weights(64, &[L::constant(self.0); 3], &mut rows);
+            let row = rows[3];
+            let mut dw = [0.0; LANES];
+            for axis in 0..3 {
+                for (k, d) in derivatives(L::splat(row[12 + axis])).into_iter().enumerate() {
+                    let mut lanes = [0.0; LANES];
+                    d.store(&mut lanes);
+                    dw[4 * axis + k] = lanes[0];
+                }
+            }
+            (row, dw)
         }
     }
 
@@ -96,12 +107,13 @@ mod tests {
         // Includes a particle exactly on a cell edge: x/dx = 20.5.
         for x in [0.3, 0.312_345, 20.5 / 64.0, 20.0 / 64.0] {
             let (w, dw) = f64::dispatch(SimdLevel::best(), WeightsOf(x));
-            let base = cell(&w);
+            let [column, z] = cell(&w);
+            let base = [(column / 64.0).floor(), column % 64.0, z];
             for axis in 0..3 {
                 let (w, dw) = (&w[4 * axis..4 * axis + 3], &dw[4 * axis..4 * axis + 3]);
                 approx::assert_relative_eq!(w.iter().sum::<f64>(), 1.0, epsilon = 1e-14);
                 assert!(dw.iter().sum::<f64>().abs() < 1e-14);
-                let mean: f64 = (0..3).map(|k| w[k] * f64::from(base[axis] + k as i32)).sum();
+                let mean: f64 = (0..3).map(|k| w[k] * (base[axis] + k as f64)).sum();
                 approx::assert_relative_eq!(mean, x * 64.0, epsilon = 1e-12);
             }
         }

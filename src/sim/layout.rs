@@ -11,6 +11,8 @@ use super::particles::{X, blocks_for, index};
 
 /// Cells a particle may drift from where it was sorted before the layout must be rebuilt.
 const MARGIN: usize = 1;
+/// No particle's base cell may be at this (i, j).
+const NO_COLUMN: u32 = u32::MAX;
 /// Particles that one part should have at least: below that, splitting costs more than it gains.
 const PART_MIN: usize = 1024;
 /// Most parts a layout is split into. A fixed number, never the number of threads, so that sums are
@@ -38,8 +40,17 @@ pub struct Part {
     pub blocks: Range<usize>,
     /// Nodes (whole slabs of constant i) that these particles can touch.
     pub nodes: Range<usize>,
-    /// Base cells on the x axis that these particles may have.
-    pub base_x: Range<i32>,
+    /// Columns of base cells that these particles may have.
+    pub columns: Range<usize>,
+}
+
+/// The base cells at one (i, j) that particles may have.
+#[derive(Clone, Debug)]
+struct Column {
+    /// First and last k of the base cells.
+    base: (i32, i32),
+    /// The nine pencils around them: where node k = 0 of each would stand.
+    origin: Stencil,
 }
 
 /// The sparse grid of one epoch.
@@ -51,10 +62,10 @@ pub struct Layout {
     pub particles: usize,
     /// Total number of stored nodes, padding included.
     pub len: usize,
-    /// For each (i, j): where node k = 0 would stand; meaningless where no pencil is.
-    origin: Vec<i32>,
-    /// For each base cell (i, j): allowed range of the base cell's k, empty where none is.
-    base: Vec<(i16, i16)>,
+    /// For each (i, j): the number of its column of base cells, or [`NO_COLUMN`].
+    column_at: Vec<u32>,
+    /// All columns of base cells, i-major.
+    columns: Vec<Column>,
     /// All pencils, i-major.
     pub pencils: Vec<Pencil>,
     /// First pencil of each slab i, and the end.
@@ -93,17 +104,19 @@ impl Layout {
             .collect();
 
         let mut layout = Self { nodes, particles, ..Self::default() };
-        layout.mark_bases(&sorted);
-        layout.lay_pencils();
+        let base = layout.mark_bases(&sorted);
+        let origin = layout.lay_pencils(&base);
+        layout.list_columns(&base, &origin);
         layout.split(&sorted);
         (layout, order)
     }
 
-    /// Marks every base cell that a particle may have before the next build.
-    fn mark_bases(&mut self, sorted: &[[i32; 3]]) {
+    /// For each base cell (i, j): the range of k that a particle may have before the next build, empty where
+    /// none is.
+    fn mark_bases(&self, sorted: &[[i32; 3]]) -> Vec<(i16, i16)> {
         let last = self.nodes as i32 - 3;
         let m = MARGIN as i32;
-        self.base = vec![(i16::MAX, i16::MIN); self.nodes * self.nodes];
+        let mut base = vec![(i16::MAX, i16::MIN); self.nodes * self.nodes];
         let mut previous = [-1; 3];
         for &cell in sorted {
             if cell == previous {
@@ -113,20 +126,22 @@ impl Layout {
             let (lo, hi) = ((cell[2] - m).max(0) as i16, (cell[2] + m).min(last) as i16);
             for i in (cell[0] - m).max(0)..=(cell[0] + m).min(last) {
                 for j in (cell[1] - m).max(0)..=(cell[1] + m).min(last) {
-                    let range = &mut self.base[i as usize * self.nodes + j as usize];
+                    let range = &mut base[i as usize * self.nodes + j as usize];
                     *range = (range.0.min(lo), range.1.max(hi));
                 }
             }
         }
+        base
     }
 
-    /// Gives every (i, j) within two nodes of a base cell a pencil long enough for all of them.
-    fn lay_pencils(&mut self) {
+    /// Gives every (i, j) within two nodes of a base cell a pencil long enough for all of them; returns for each
+    /// (i, j) where node k = 0 would stand, meaningless where no pencil is.
+    fn lay_pencils(&mut self, base: &[(i16, i16)]) -> Vec<i32> {
         let n = self.nodes;
         let mut range = vec![(i16::MAX, i16::MIN); n * n];
         for i in 0..n - 2 {
             for j in 0..n - 2 {
-                let (lo, hi) = self.base[i * n + j];
+                let (lo, hi) = base[i * n + j];
                 if lo > hi {
                     continue;
                 }
@@ -138,7 +153,7 @@ impl Layout {
                 }
             }
         }
-        self.origin = vec![0; n * n];
+        let mut origin = vec![0; n * n];
         let mut start = 0usize;
         for i in 0..n {
             self.slab.push(self.pencils.len() as u32);
@@ -150,13 +165,28 @@ impl Layout {
                 let len = (hi - lo + 1) as usize;
                 let (i16, j16, k16) = (i as u16, j as u16, lo as u16);
                 self.pencils.push(Pencil { i: i16, j: j16, k: k16, len: len as u16, start: start as u32 });
-                self.origin[i * n + j] = start as i32 - i32::from(lo);
+                origin[i * n + j] = start as i32 - i32::from(lo);
                 // One node of padding, because rows are read four nodes at a time.
                 start += len + 1;
             }
         }
         self.slab.push(self.pencils.len() as u32);
         self.len = start;
+        origin
+    }
+
+    /// Lists the columns of base cells with the pencils around them.
+    fn list_columns(&mut self, base: &[(i16, i16)], origin: &[i32]) {
+        self.column_at = vec![NO_COLUMN; base.len()];
+        for (at, &(lo, hi)) in base.iter().enumerate() {
+            if lo <= hi {
+                self.column_at[at] = self.columns.len() as u32;
+                self.columns.push(Column {
+                    base: (lo.into(), hi.into()),
+                    origin: std::array::from_fn(|k| origin[at + k / 3 * self.nodes + k % 3]),
+                });
+            }
+        }
     }
 
     /// Splits particles and pencils into shares of about equal size.
@@ -170,10 +200,17 @@ impl Layout {
             let lo = (first - MARGIN as i32).max(0);
             let hi = (last + MARGIN as i32).min(self.nodes as i32 - 3);
             let nodes = self.slab_start(lo as usize)..self.slab_start(hi as usize + 3);
-            self.parts.push(Part { blocks: range, nodes, base_x: lo..hi + 1 });
+            let columns = self.first_column(lo as usize)..self.first_column(hi as usize + 1);
+            self.parts.push(Part { blocks: range, nodes, columns });
         }
         let count = self.pencils.len();
         self.pencil_parts = (0..parts).map(|p| p * count / parts..(p + 1) * count / parts).collect();
+    }
+
+    /// The first column of base cells whose i is at least this.
+    fn first_column(&self, i: usize) -> usize {
+        let later = self.column_at[i * self.nodes..].iter().find(|&&c| c != NO_COLUMN);
+        later.map_or(self.columns.len(), |&c| c as usize)
     }
 
     /// Where slab `i` starts in a node array.
@@ -187,25 +224,20 @@ impl Layout {
         start(pencils.start)..start(pencils.end)
     }
 
-    /// The pencils around base cell `cell` for a particle of `part`, or `None` if the particle has left
-    /// the region the layout was built for.
+    /// The pencils around a base cell (`column = i nodes + j`, and k) for a particle of `part`, or `None` if the
+    /// particle has left the region the layout was built for.
     #[inline(always)]
-    pub fn stencil(&self, part: &Part, cell: [i32; 3]) -> Option<Stencil> {
-        if !part.base_x.contains(&cell[0]) || cell[1] < 0 || cell[1] as usize >= self.nodes - 2 {
+    pub fn stencil<T: Real>(&self, part: &Part, [column, z]: [T; 2]) -> Option<Stencil> {
+        let number = *self.column_at.get(column.to_f64() as usize)? as usize;
+        let z = z.to_f64() as i32;
+        if !part.columns.contains(&number) {
             return None;
         }
-        let at = cell[0] as usize * self.nodes + cell[1] as usize;
-        let (lo, hi) = self.base[at];
-        if cell[2] < i32::from(lo) || cell[2] > i32::from(hi) {
+        let Column { base: (lo, hi), origin } = &self.columns[number];
+        if z < *lo || z > *hi {
             return None;
         }
-        let mut rows = [0; 9];
-        for a in 0..3 {
-            for b in 0..3 {
-                rows[3 * a + b] = self.origin[at + a * self.nodes + b] + cell[2];
-            }
-        }
-        Some(rows)
+        Some(origin.map(|row| row + z))
     }
 }
 
@@ -233,11 +265,12 @@ mod tests {
         let (layout, sorted) = layout(3000);
         for part in &layout.parts {
             for slot in part.blocks.start * LANES..(part.blocks.end * LANES).min(3000) {
-                let cell: [i32; 3] =
-                    std::array::from_fn(|a| (sorted[index(slot, X + a)] * 64.0 - 0.5) as i32);
-                for drift in [[0, 0, 0], [1, 0, 0], [0, -1, 0], [-1, 1, 1]] {
-                    let moved = std::array::from_fn(|a| cell[a] + drift[a]);
-                    let rows = layout.stencil(part, moved).expect("within the margin");
+                let cell: [f64; 3] =
+                    std::array::from_fn(|a| (sorted[index(slot, X + a)] * 64.0 - 0.5).floor());
+                for drift in [[0.0; 3], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [-1.0, 1.0, 1.0]] {
+                    let moved: [f64; 3] = std::array::from_fn(|a| cell[a] + drift[a]);
+                    let column = moved[0] * 64.0 + moved[1];
+                    let rows = layout.stencil(part, [column, moved[2]]).expect("within the margin");
                     for row in rows {
                         let row = row as usize;
                         assert!(part.nodes.contains(&row) && row + 4 <= layout.len + 1);

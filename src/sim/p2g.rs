@@ -3,10 +3,10 @@
 //! A part's particles come in; their mass and momentum on the part's nodes and their new deformation go
 //! out (MLS-MPM, Hu et al. 2018, with APIC's affine matrix, Jiang et al. 2015). Imports the transfers.
 
-use super::block::{load_m3, load3, store_m3, store3};
-use super::constitutive::{inverted, trial, trial_adj, update, update_adj};
-use super::kernel::{ParticleRows, Weights, to_lanes, to_particles, weight_derivatives, weights};
-use super::lanes::{Kernel, LANES, Lanes, M3, Real, splat_m3};
+use super::block::{AXES, load_axes, load_m3, load3, store_axes, store_m3, store3};
+use super::constitutive::{inverted, trial, trial_adj, update, update_adj, update_in};
+use super::kernel::{ParticleRows, no_rows, to_lanes, to_particles, weights};
+use super::lanes::{Kernel, LANES, Lanes, M3, Real, prefetch, splat_m3};
 use super::layout::{Layout, Part};
 use super::params::Params;
 use super::particles::{BLOCK, C, F, V, X};
@@ -32,6 +32,8 @@ pub struct ParticlesToGrid<'a, T> {
     pub state: &'a [T],
     /// The part's particles at its end: receives the new F.
     pub next: &'a mut [T],
+    /// The part's axes: receives the eigenvectors of the trial's F F^T.
+    pub axes: &'a mut [T],
     /// The part's nodes: momentum and mass.
     pub grid: &'a mut [T],
 }
@@ -67,7 +69,7 @@ fn affine_adj<L: Lanes>(params: &Params, a_adj: &M3<L>) -> (M3<L>, M3<L>) {
 
 /// What a node at offset o receives: `m v + A (o - f)` and m, as a polynomial in o.
 #[inline(always)]
-fn contribution<L: Lanes>(mass: L, v: &[L; 3], a: &M3<L>, f: &[L; 3]) -> ParticleRows<L::Real> {
+fn contribution<L: Lanes>(mass: L, v: &[L; 3], a: &M3<L>, f: &[L; 3], rows: &mut ParticleRows<L::Real>) {
     let mut q = [L::constant(0.0); LANES];
     for i in 0..3 {
         let at_f = a[i][2].mul_add(f[2], a[i][1].mul_add(f[1], a[i][0] * f[0]));
@@ -77,7 +79,7 @@ fn contribution<L: Lanes>(mass: L, v: &[L; 3], a: &M3<L>, f: &[L; 3]) -> Particl
         }
     }
     q[3] = mass;
-    to_particles(q)
+    to_particles(q, rows);
 }
 
 /// Real particles in block `b`; the rest of its lanes is padding.
@@ -96,7 +98,9 @@ impl<T: Real> Kernel<T> for ParticlesToGrid<'_, T> {
         let mut scatter = Scatter::<L>::new(self.layout, self.part, self.grid);
         let blocks = &self.state.as_chunks::<BLOCK>().0[self.part.blocks.clone()];
         let next = self.next.as_chunks_mut::<BLOCK>().0;
-        for (k, (block, next)) in blocks.iter().zip(next).enumerate() {
+        let axes = self.axes.as_chunks_mut::<AXES>().0;
+        let (mut w, mut q) = (no_rows(), no_rows());
+        for (k, ((block, next), axes)) in blocks.iter().zip(next).zip(axes).enumerate() {
             let b = self.part.blocks.start + k;
             let count = particles_in(self.layout, b);
             let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
@@ -107,11 +111,12 @@ impl<T: Real> Kernel<T> for ParticlesToGrid<'_, T> {
                 return Outcome::BadDeformation { slot: b * LANES + bad.trailing_zeros() as usize };
             }
             store_m3(next, F, &up.f_new);
-            let w = weights(params.nodes, &x);
+            store_axes(axes, &up.spectrum.u);
+            let f = weights(params.nodes, &x, &mut w);
             let a = affine(params, &up.tau, &c);
-            let q = contribution(L::constant(params.particle_mass()), &v, &a, &w.f);
+            contribution(L::constant(params.particle_mass()), &v, &a, &f, &mut q);
             for lane in 0..count {
-                if !scatter.add(&w.rows[lane], &q[lane]) {
+                if !scatter.add(&w[lane], &q[lane]) {
                     return Outcome::Escaped;
                 }
             }
@@ -128,6 +133,8 @@ pub struct ParticlesToGridAdj<'a, T> {
     pub part: &'a Part,
     /// All packed particles at the substep's start.
     pub state: &'a [T],
+    /// All axes, from [`ParticlesToGrid`].
+    pub axes: &'a [T],
     /// Adjoint of momentum and mass, all nodes.
     pub grid_adj: &'a [T],
     /// The part's particles. In: the adjoint of the new F, and in x what came through G2P. Out: the
@@ -145,16 +152,20 @@ impl<T: Real> Kernel<T> for ParticlesToGridAdj<'_, T> {
         let mut gather = Gather::<L>::new(self.layout, self.part, self.grid_adj);
         let blocks = &self.state.as_chunks::<BLOCK>().0[self.part.blocks.clone()];
         let adj = self.adj.as_chunks_mut::<BLOCK>().0;
-        for (k, (block, adj)) in blocks.iter().zip(adj).enumerate() {
+        let mut rows = AdjointRows { w: no_rows(), q: no_rows(), moments: no_rows(), gradient: no_rows() };
+        let all_axes = &self.axes.as_chunks::<AXES>().0[self.part.blocks.clone()];
+        for (k, ((block, axes), adj)) in blocks.iter().zip(all_axes).zip(adj).enumerate() {
             let count = particles_in(self.layout, self.part.blocks.start + k);
+            prefetch(blocks.get(k + 1).map_or(&[], |soon| &soon[..]));
+            prefetch(all_axes.get(k + 1).map_or(&[], |soon| &soon[..]));
             let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
             let (c, f) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
-            let up = update(params, trial(params.dt, &c, &f));
+            let up = update_in(params, trial(params.dt, &c, &f), load_axes(axes));
             let a = affine(params, &up.tau, &c);
-            let w = weights(params.nodes, &x);
-            let q = contribution(mass, &v, &a, &w.f);
+            let offset = weights(params.nodes, &x, &mut rows.w);
+            contribution(mass, &v, &a, &offset, &mut rows.q);
 
-            let (v_adj, a_adj, x_adj) = scatter_adj(&mut gather, &w, &q, &a, count);
+            let (v_adj, a_adj, x_adj) = scatter_adj(&mut gather, &mut rows, &offset, &a, count);
             let (tau_adj, c_adj) = affine_adj(params, &a_adj);
             let f_trial_adj = update_adj(params, &up, &load_m3(adj, F), &tau_adj);
             let (c_trial_adj, f_adj) = trial_adj(params.dt, &c, &f, &f_trial_adj);
@@ -179,30 +190,36 @@ impl<T: Real> Kernel<T> for ParticlesToGridAdj<'_, T> {
     }
 }
 
+/// What the adjoint needs of each particle: weights and contribution come in, moments and weight gradient go out.
+struct AdjointRows<T> {
+    w: ParticleRows<T>,
+    q: ParticleRows<T>,
+    moments: ParticleRows<T>,
+    gradient: ParticleRows<T>,
+}
+
 /// Adjoint of the scatter of a block: of m v, of A dx, and of f (by the weights and by `o - f`).
 #[inline(always)]
 fn scatter_adj<L: Lanes>(
     gather: &mut Gather<'_, L>,
-    w: &Weights<L>,
-    q: &ParticleRows<L::Real>,
+    rows: &mut AdjointRows<L::Real>,
+    f: &[L; 3],
     a: &M3<L>,
     count: usize,
 ) -> ([L; 3], M3<L>, [L; 3]) {
-    let dw = weight_derivatives(&w.f);
-    let mut moments = [[L::Real::default(); LANES]; LANES];
-    let mut gradient = moments;
     for lane in 0..count {
-        gather.move_to(&w.rows[lane]);
-        gather.moments(&w.rows[lane]).store(&mut moments[lane]);
-        gather.weight_gradient(&w.rows[lane], &dw[lane], &q[lane]).store(&mut gradient[lane]);
+        gather.move_to(&rows.w[lane]);
+        let (moments, gradient) = gather.moments_and_gradient(&rows.w[lane], &rows.q[lane]);
+        moments.store(&mut rows.moments[lane]);
+        gradient.store(&mut rows.gradient[lane]);
     }
-    let (p, d) = (to_lanes::<L>(&moments), to_lanes::<L>(&gradient));
+    let (p, d) = (to_lanes::<L>(&rows.moments), to_lanes::<L>(&rows.gradient));
     let v_adj = [p[0], p[1], p[2]];
     let mut a_adj = splat_m3::<L>(0.0);
     let mut f_adj = v_adj;
     for j in 0..3 {
         for i in 0..3 {
-            a_adj[i][j] = p[4 + 4 * j + i] - v_adj[i] * w.f[j];
+            a_adj[i][j] = p[4 + 4 * j + i] - v_adj[i] * f[j];
         }
         let through_weights = (d[4 * j] + d[4 * j + 1]) + (d[4 * j + 2] + d[4 * j + 3]);
         let through_offset = a[0][j].mul_add(v_adj[0], a[1][j].mul_add(v_adj[1], a[2][j] * v_adj[2]));

@@ -296,6 +296,7 @@ impl<T: Real> Simulator<T> {
                     .run(
                         &before[k],
                         &mut after[0],
+                        &mut trace.axes[k],
                         &mut trace.momentum[k],
                         &mut trace.velocity[k],
                         &mut workspace,
@@ -339,6 +340,7 @@ impl<T: Real> Simulator<T> {
                         substep: self.substep(&epoch.layout, t),
                         state: &trace.states[k],
                         next: &trace.states[k + 1],
+                        axes: &trace.axes[k],
                         momentum: &trace.momentum[k],
                         velocity: &trace.velocity[k],
                     };

@@ -6,6 +6,7 @@
 
 use rayon::prelude::*;
 
+use super::block::AXES;
 use super::contact::{Contact, ContactAdj, contacts};
 use super::error::{Operation, SimError};
 use super::g2p::{GridToParticles, GridToParticlesAdj};
@@ -94,19 +95,20 @@ fn cut<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut
 }
 
 impl Substep<'_> {
-    /// Runs the substep from `state` to `next`; `momentum` and `velocity` receive the grid before and after
-    /// its update. Returns false, with nothing to be used, if a particle has left the layout.
+    /// Runs the substep from `state` to `next`; `axes` receives the eigenvectors that the constitutive update
+    /// found, `momentum` and `velocity` the grid before and after its update. Returns false, with nothing to be used, if a particle has left the layout.
     pub fn run<T: Real>(
         &self,
         state: &[T],
         next: &mut [T],
+        axes: &mut [T],
         momentum: &mut [T],
         velocity: &mut [T],
         workspace: &mut Workspace<T>,
     ) -> Result<bool, Fault> {
         workspace.fit(self.layout);
         let contacts = contacts(self.params, self.tools, self.start, self.end);
-        if !self.particles_to_grid(state, next, &mut workspace.shares)? {
+        if !self.particles_to_grid(state, next, axes, &mut workspace.shares)? {
             return Ok(false);
         }
         self.update_grid(&contacts, &workspace.shares, momentum, velocity);
@@ -132,17 +134,20 @@ impl Substep<'_> {
         &self,
         state: &[T],
         next: &mut [T],
+        axes: &mut [T],
         shares: &mut [Vec<T>],
     ) -> Result<bool, Fault> {
         let next = cut(next, self.block_lengths());
-        let items = self.layout.parts.iter().zip(next).zip(shares).collect();
-        let outcomes = over_parts(self.parallel, items, |((part, next), grid)| {
+        let axes = cut(axes, self.layout.parts.iter().map(|p| p.blocks.len() * AXES));
+        let items = self.layout.parts.iter().zip(next).zip(axes).zip(shares).collect();
+        let outcomes = over_parts(self.parallel, items, |(((part, next), axes), grid)| {
             self.dispatch(ParticlesToGrid {
                 params: self.params,
                 layout: self.layout,
                 part,
                 state,
                 next,
+                axes,
                 grid,
             })
         });
@@ -170,8 +175,15 @@ impl Substep<'_> {
         let items = self.layout.pencil_parts.iter().zip(momentum).zip(velocity).collect();
         over_parts(self.parallel, items, |((pencils, momentum), velocity)| {
             let pencils = pencils.clone();
-            GridUpdate { params: self.params, layout: self.layout, shares, contacts, pencils }
-                .run(momentum, velocity);
+            GridUpdate {
+                params: self.params,
+                simd: self.simd,
+                layout: self.layout,
+                shares,
+                contacts,
+                pencils,
+            }
+            .run(momentum, velocity);
         });
     }
 
@@ -198,9 +210,10 @@ impl Substep<'_> {
 /// The backward pass of one substep.
 pub struct SubstepAdj<'a, T> {
     pub substep: Substep<'a>,
-    /// Packed states at its start and end, and the grid before and after its update.
+    /// Packed states at its start and end, the axes, and the grid before and after its update.
     pub state: &'a [T],
     pub next: &'a [T],
+    pub axes: &'a [T],
     pub momentum: &'a [T],
     pub velocity: &'a [T],
 }
@@ -249,7 +262,7 @@ impl<T: Real> SubstepAdj<'_, T> {
             let nodes = s.layout.nodes_of(pencils);
             let momentum = &self.momentum[nodes.start * NODE..nodes.end * NODE];
             let pencils = pencils.clone();
-            GridUpdate { params: s.params, layout: s.layout, shares, contacts, pencils }
+            GridUpdate { params: s.params, simd: s.simd, layout: s.layout, shares, contacts, pencils }
                 .run_adj(momentum, out)
         });
         let mut total = vec![ContactAdj::default(); contacts.len()];
@@ -271,6 +284,7 @@ impl<T: Real> SubstepAdj<'_, T> {
                 layout: s.layout,
                 part,
                 state: self.state,
+                axes: self.axes,
                 grid_adj,
                 adj,
             });

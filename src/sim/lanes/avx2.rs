@@ -201,6 +201,11 @@ impl Lanes for F32x16 {
         }
     }
     #[inline(always)]
+    fn sum_components(self) -> Self {
+        let pairs = self + both!(swap_neighbours, self);
+        pairs + both!(swap_pairs, pairs)
+    }
+    #[inline(always)]
     fn transpose(m: &mut [Self; LANES]) {
         let mut quarter = [[Self::splat(0.0).0; 8]; 4];
         for i in 0..8 {
@@ -216,6 +221,31 @@ impl Lanes for F32x16 {
             m[i] = Self(quarter[0][i], quarter[2][i]);
             m[i + 8] = Self(quarter[1][i], quarter[3][i]);
         }
+    }
+}
+
+/// Lanes 1 0 3 2 of each four.
+#[inline(always)]
+unsafe fn swap_neighbours(v: __m256) -> __m256 {
+    // SAFETY: as for the caller, AVX is on.
+    unsafe { _mm256_permute_ps::<0b10_11_00_01>(v) }
+}
+
+/// Lanes 2 3 0 1 of each four.
+#[inline(always)]
+unsafe fn swap_pairs(v: __m256) -> __m256 {
+    // SAFETY: as for the caller, AVX is on.
+    unsafe { _mm256_permute_ps::<0b01_00_11_10>(v) }
+}
+
+/// Asks for every cache line of `soon`.
+#[inline(always)]
+pub fn prefetch<T>(soon: &[T]) {
+    let bytes = size_of_val(soon);
+    for line in (0..bytes).step_by(64) {
+        // SAFETY: a prefetch reads nothing that the program sees, and the address lies within the slice; SSE
+        // is part of x86-64.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(soon.as_ptr().cast::<i8>().add(line)) };
     }
 }
 

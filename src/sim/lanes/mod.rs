@@ -48,7 +48,8 @@ pub trait Real:
 /// A piece of work that can be compiled for any vector type.
 ///
 /// Implementations of [`Kernel::run`] must be `#[inline(always)]`, and so must all they call: only then
-/// does the code land inside the function that has the instruction set switched on.
+/// does the code land inside the function that has the instruction set switched on. Closures over lanes, and with
+/// them `array::map` and `from_fn`, may stay outside it, and then each operation is a call.
 pub trait Kernel<T: Real> {
     /// What the work returns.
     type Output;
@@ -133,6 +134,15 @@ impl Real for f64 {
     }
 }
 
+/// Asks for the memory that will be read soon. A hint: it changes no result.
+#[inline(always)]
+pub fn prefetch<T>(soon: &[T]) {
+    #[cfg(target_arch = "x86_64")]
+    avx2::prefetch(soon);
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = soon;
+}
+
 /// Sixteen numbers that are computed with as one.
 ///
 /// The transfers read the same sixteen as a *row*: four grid nodes along z with four components each
@@ -186,6 +196,8 @@ pub trait Lanes:
     fn spread4(q: &[Self::Real]) -> Self;
     /// Sums each row over its nodes: `[sum a, sum b, sum c, sum d]`, four components each.
     fn sum_nodes(a: Self, b: Self, c: Self, d: Self) -> Self;
+    /// Each node's four components summed, in all four of its places.
+    fn sum_components(self) -> Self;
     /// Transposes 16 vectors of 16 lanes in place.
     fn transpose(m: &mut [Self; LANES]);
 

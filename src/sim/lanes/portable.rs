@@ -205,6 +205,15 @@ macro_rules! portable {
                 r
             }
             #[inline(always)]
+            fn sum_components(self) -> Self {
+                let mut r = self;
+                for node in r.0.chunks_exact_mut(4) {
+                    let sum = (node[0] + node[1]) + (node[2] + node[3]);
+                    node.fill(sum);
+                }
+                r
+            }
+            #[inline(always)]
             fn transpose(m: &mut [Self; LANES]) {
                 for i in 0..LANES {
                     for j in 0..i {
