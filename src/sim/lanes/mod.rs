@@ -1,8 +1,8 @@
 //! Sixteen particles at once: the vector type that every kernel is written against.
 //!
 //! A kernel is one text, generic over [`Lanes`]; [`Real::dispatch`] runs it with the widest vectors that
-//! the machine has, or with plain arrays. Intrinsics live in [`avx2`] and [`avx512`] and nowhere else;
-//! imports nothing of donut.
+//! the machine has, or with plain arrays. Intrinsics live in `avx2`, `avx512` and `neon` and nowhere
+//! else; imports nothing of donut.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -10,6 +10,8 @@ mod avx2;
 mod avx512;
 mod elementary;
 mod matrix;
+#[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+mod neon;
 mod portable;
 #[cfg(test)]
 mod tests;
@@ -65,8 +67,8 @@ pub trait Kernel<T: Real> {
 
 /// Which instructions the kernels use.
 ///
-/// In f64 all levels give the same bits. In f32 AVX2 and AVX-512 give the same bits, and others than plain
-/// arrays, which round a product before they add to it.
+/// In f64 all levels give the same bits. In f32 all vector levels do; plain arrays give others, because
+/// they round a product before they add to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum SimdLevel {
     /// Plain arrays, no fused multiply-add: the same bits on every machine.
@@ -75,12 +77,14 @@ pub enum SimdLevel {
     Avx2,
     /// AVX-512 F, BW, CD, DQ and VL (x86-64).
     Avx512,
+    /// NEON (aarch64).
+    Neon,
 }
 
 impl SimdLevel {
     /// The levels of this machine, the fastest last.
     pub fn available() -> impl DoubleEndedIterator<Item = Self> {
-        [Self::Scalar, Self::Avx2, Self::Avx512].into_iter().filter(|level| level.is_available())
+        [Self::Scalar, Self::Avx2, Self::Avx512, Self::Neon].into_iter().filter(|level| level.is_available())
     }
 
     /// The fastest level of this machine.
@@ -98,6 +102,7 @@ impl SimdLevel {
             Self::Avx512 => avx512::is_available(),
             #[cfg(not(target_arch = "x86_64"))]
             Self::Avx2 | Self::Avx512 => false,
+            Self::Neon => cfg!(all(target_arch = "aarch64", target_feature = "neon")),
         }
     }
 }
@@ -122,8 +127,11 @@ impl Real for f32 {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: likewise.
             SimdLevel::Avx512 => unsafe { avx512::run::<f32, avx512::F32x16, K>(kernel) },
-            #[cfg(not(target_arch = "x86_64"))]
-            SimdLevel::Avx2 | SimdLevel::Avx512 => unreachable!("x86-64 only"),
+            #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+            SimdLevel::Neon => kernel.run::<neon::F32x16>(),
+            // The assertion above has refused the levels of other machines.
+            #[allow(unreachable_patterns)]
+            _ => unreachable!(),
         }
     }
 }
@@ -150,8 +158,11 @@ impl Real for f64 {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: likewise.
             SimdLevel::Avx512 => unsafe { avx512::run::<f64, Portable<f64>, K>(kernel) },
-            #[cfg(not(target_arch = "x86_64"))]
-            SimdLevel::Avx2 | SimdLevel::Avx512 => unreachable!("x86-64 only"),
+            #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+            SimdLevel::Neon => kernel.run::<Portable<f64>>(),
+            // The assertion above has refused the levels of other machines.
+            #[allow(unreachable_patterns)]
+            _ => unreachable!(),
         }
     }
 }
