@@ -129,9 +129,7 @@ impl Real for f32 {
             SimdLevel::Avx512 => unsafe { avx512::run::<f32, avx512::F32x16, K>(kernel) },
             #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
             SimdLevel::Neon => kernel.run::<neon::F32x16>(),
-            // The assertion above has refused the levels of other machines.
-            #[allow(unreachable_patterns)]
-            _ => unreachable!(),
+            _ => unreachable!("the levels of other machines were just refused"),
         }
     }
 }
@@ -160,9 +158,7 @@ impl Real for f64 {
             SimdLevel::Avx512 => unsafe { avx512::run::<f64, Portable<f64>, K>(kernel) },
             #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
             SimdLevel::Neon => kernel.run::<Portable<f64>>(),
-            // The assertion above has refused the levels of other machines.
-            #[allow(unreachable_patterns)]
-            _ => unreachable!(),
+            _ => unreachable!("the levels of other machines were just refused"),
         }
     }
 }
