@@ -23,7 +23,7 @@ pub struct BenchArgs {
     /// Only this case (A, B or C).
     #[arg(long)]
     case: Option<String>,
-    /// Instructions to use.
+    /// Instructions to use instead of the fastest that the machine has.
     #[arg(long, value_enum)]
     simd: Option<SimdLevel>,
     /// Runs of each case; the fastest counts.

@@ -76,7 +76,8 @@ pub struct PlanArgs {
     /// Threads; the result does not depend on them. All processors if not given.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Instructions to use: `scalar` gives the same bits on every machine.
+    /// Instructions to use instead of the fastest that the machine has: `scalar` gives the same bits on
+    /// every machine; the others give the same bits as one another.
     #[arg(long, value_enum)]
     simd: Option<SimdLevel>,
 }

@@ -31,7 +31,8 @@ pub struct SimulateArgs {
     /// Threads; the result does not depend on them.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
-    /// Instructions to use: `scalar` gives the same bits on every machine.
+    /// Instructions to use instead of the fastest that the machine has: `scalar` gives the same bits on
+    /// every machine; the others give the same bits as one another.
     #[arg(long, value_enum)]
     simd: Option<SimdLevel>,
 }

@@ -85,5 +85,18 @@ fn a_long_horizon_has_the_same_bits_with_little_memory() {
 fn double_precision_has_the_same_bits_with_all_instructions() {
     let scene = scene("s4-gripper");
     let with = |simd| bits::<f64>(&scene, Options { simd, ..Options::default() }, 0);
-    assert!(with(SimdLevel::Scalar) == with(SimdLevel::best()));
+    let reference = with(SimdLevel::Scalar);
+    for level in SimdLevel::available() {
+        assert!(with(level) == reference, "{level:?}");
+    }
+}
+
+#[test]
+fn single_precision_has_the_same_bits_with_all_fused_instructions() {
+    let scene = scene("s4-gripper");
+    let with = |simd| bits::<f32>(&scene, Options { simd, ..Options::default() }, 0);
+    let fused: Vec<_> = SimdLevel::available().filter(|level| *level != SimdLevel::Scalar).collect();
+    for pair in fused.windows(2) {
+        assert!(with(pair[0]) == with(pair[1]), "{pair:?}");
+    }
 }

@@ -1,4 +1,4 @@
-//! Sixteen f32 as two 256-bit vectors: the one place with intrinsics.
+//! Sixteen f32 as two 256-bit vectors.
 //!
 //! Every operation rounds as IEEE 754 says (division and square root are not approximated), so that two
 //! x86-64 machines give the same bits. Imports the traits only.
@@ -7,6 +7,11 @@ use std::arch::x86_64::*;
 use std::ops::{Add, Mul, Neg, Sub};
 
 use super::{Kernel, LANES, Lanes, Real};
+
+/// Whether this machine has all that [`run`] switches on.
+pub fn is_available() -> bool {
+    is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
+}
 
 /// Runs a kernel with AVX2 and FMA switched on.
 #[target_feature(enable = "avx2,fma")]

@@ -1,14 +1,20 @@
 //! Sixteen particles at once: the vector type that every kernel is written against.
 //!
 //! A kernel is one text, generic over [`Lanes`]; [`Real::dispatch`] runs it with the widest vectors that
-//! the machine has, or with plain arrays. Intrinsics live in [`avx2`] and nowhere else; imports nothing
-//! of donut.
+//! the machine has, or with plain arrays. Intrinsics live in `avx2`, `avx512` and `neon` and nowhere
+//! else; imports nothing of donut.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 mod elementary;
 mod matrix;
+#[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+mod neon;
 mod portable;
+#[cfg(test)]
+mod tests;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -42,6 +48,9 @@ pub trait Real:
     /// Widens; exact.
     fn to_f64(self) -> f64;
     /// Runs `kernel` with the vectors of `level`.
+    ///
+    /// # Panics
+    /// If the machine has no such instructions.
     fn dispatch<K: Kernel<Self>>(level: SimdLevel, kernel: K) -> K::Output;
 }
 
@@ -58,27 +67,44 @@ pub trait Kernel<T: Real> {
 }
 
 /// Which instructions the kernels use.
+///
+/// In f64 all levels give the same bits. In f32 all vector levels do; plain arrays give others, because
+/// they round a product before they add to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum SimdLevel {
     /// Plain arrays, no fused multiply-add: the same bits on every machine.
     Scalar,
     /// AVX2 with FMA (x86-64).
     Avx2,
+    /// AVX-512 F, BW, CD, DQ and VL (x86-64).
+    Avx512,
+    /// NEON (aarch64).
+    Neon,
 }
 
 impl SimdLevel {
+    /// The levels of this machine, the fastest last.
+    pub fn available() -> impl DoubleEndedIterator<Item = Self> {
+        [Self::Scalar, Self::Avx2, Self::Avx512, Self::Neon].into_iter().filter(|level| level.is_available())
+    }
+
     /// The fastest level of this machine.
     pub fn best() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-            return Self::Avx2;
-        }
-        Self::Scalar
+        Self::available().next_back().unwrap_or(Self::Scalar)
     }
 
     /// Whether this machine has the instructions.
     pub fn is_available(self) -> bool {
-        self == Self::Scalar || self == Self::best()
+        match self {
+            Self::Scalar => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => avx2::is_available(),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => avx512::is_available(),
+            #[cfg(not(target_arch = "x86_64"))]
+            Self::Avx2 | Self::Avx512 => false,
+            Self::Neon => cfg!(all(target_arch = "aarch64", target_feature = "neon")),
+        }
     }
 }
 
@@ -93,16 +119,18 @@ impl Real for f32 {
     }
     #[inline]
     fn dispatch<K: Kernel<Self>>(level: SimdLevel, kernel: K) -> K::Output {
+        assert!(level.is_available(), "this machine has no {level:?}");
         match level {
             SimdLevel::Scalar => kernel.run::<Portable<f32>>(),
             #[cfg(target_arch = "x86_64")]
-            SimdLevel::Avx2 => {
-                assert!(level.is_available(), "this machine has no AVX2");
-                // SAFETY: the instructions were just found to exist.
-                unsafe { avx2::run::<f32, avx2::F32x16, K>(kernel) }
-            }
-            #[cfg(not(target_arch = "x86_64"))]
-            SimdLevel::Avx2 => panic!("AVX2 exists on x86-64 only"),
+            // SAFETY: the instructions were just found to exist.
+            SimdLevel::Avx2 => unsafe { avx2::run::<f32, avx2::F32x16, K>(kernel) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: likewise.
+            SimdLevel::Avx512 => unsafe { avx512::run::<f32, avx512::F32x16, K>(kernel) },
+            #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+            SimdLevel::Neon => kernel.run::<neon::F32x16>(),
+            _ => unreachable!("the levels of other machines were just refused"),
         }
     }
 }
@@ -120,16 +148,18 @@ impl Real for f64 {
     /// level only tells the compiler how wide it may make them.
     #[inline]
     fn dispatch<K: Kernel<Self>>(level: SimdLevel, kernel: K) -> K::Output {
+        assert!(level.is_available(), "this machine has no {level:?}");
         match level {
             SimdLevel::Scalar => kernel.run::<Portable<f64>>(),
             #[cfg(target_arch = "x86_64")]
-            SimdLevel::Avx2 => {
-                assert!(level.is_available(), "this machine has no AVX2");
-                // SAFETY: the instructions were just found to exist.
-                unsafe { avx2::run::<f64, Portable<f64>, K>(kernel) }
-            }
-            #[cfg(not(target_arch = "x86_64"))]
-            SimdLevel::Avx2 => panic!("AVX2 exists on x86-64 only"),
+            // SAFETY: the instructions were just found to exist.
+            SimdLevel::Avx2 => unsafe { avx2::run::<f64, Portable<f64>, K>(kernel) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: likewise.
+            SimdLevel::Avx512 => unsafe { avx512::run::<f64, Portable<f64>, K>(kernel) },
+            #[cfg(all(target_arch = "aarch64", target_feature = "neon"))]
+            SimdLevel::Neon => kernel.run::<Portable<f64>>(),
+            _ => unreachable!("the levels of other machines were just refused"),
         }
     }
 }
