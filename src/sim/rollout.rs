@@ -32,7 +32,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { threads: 1, simd: SimdLevel::best(), memory_limit: 1 << 30 }
+        Self { threads: 1, simd: SimdLevel::best(), memory_limit: 4 << 30 }
     }
 }
 

@@ -210,6 +210,14 @@ impl Lanes for F32x16 {
             ))
         }
     }
+    #[inline(always)]
+    fn sum_components(self) -> Self {
+        // SAFETY: see `F32x16`.
+        unsafe {
+            let pairs = _mm512_add_ps(self.0, _mm512_permute_ps::<0b10_11_00_01>(self.0));
+            Self(_mm512_add_ps(pairs, _mm512_permute_ps::<0b01_00_11_10>(pairs)))
+        }
+    }
     /// Four steps, of which the first two work within quarters (four lanes) and the others move quarters.
     #[inline(always)]
     fn transpose(m: &mut [Self; LANES]) {

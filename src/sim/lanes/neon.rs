@@ -178,6 +178,14 @@ impl Lanes for F32x16 {
         Self([sum(a), sum(b), sum(c), sum(d)])
     }
     #[inline(always)]
+    fn sum_components(self) -> Self {
+        // SAFETY: see `each`.
+        Self(self.0.map(|n| unsafe {
+            let pairs = vpaddq_f32(n, n);
+            vpaddq_f32(pairs, pairs)
+        }))
+    }
+    #[inline(always)]
     fn transpose(m: &mut [Self; LANES]) {
         let before = *m;
         for row in 0..4 {

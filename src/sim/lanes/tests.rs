@@ -50,6 +50,7 @@ impl<T: Real> Kernel<T> for Operations<'_, T> {
             ("repeat4", L::repeat4(&self.0[0][5..])),
             ("spread4", L::spread4(&self.0[0][5..])),
             ("constant", L::constant(0.1)),
+            ("sum_components", a.sum_components()),
         ];
         Answers {
             exact: exact.map(|(name, v)| (name, stored(v))).to_vec(),
