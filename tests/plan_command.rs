@@ -4,11 +4,15 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
+use donut::store::record::RunRecord;
 use donut::store::run_dir::read_run;
 use serde_json::Value;
 
-/// A short run: few particles, few iterations.
-const SHORT: [&str; 6] = ["--particles", "300", "--iterations", "3", "--max-steps", "30"];
+/// A short run: few particles, few steps, little search.
+const SHORT: [&str; 6] = ["--particles", "300", "--effort", "quick", "--max-steps", "30"];
+/// The same with Algorithm 1.
+const SHORT_PAPER: [&str; 8] =
+    ["--particles", "300", "--method", "paper", "--iterations", "3", "--max-steps", "30"];
 
 fn donut(args: &[&str], in_dir: &Path) -> std::process::Output {
     Command::cargo_bin("donut").unwrap().args(args).current_dir(in_dir).output().unwrap()
@@ -23,10 +27,24 @@ fn names(dir: &Path) -> Vec<String> {
 
 #[test]
 fn a_run_leaves_its_files_and_repeats_to_the_bit() {
+    let record = check_run("donut", &SHORT);
+    let steps: usize = record.summary.stages.iter().map(|s| s.steps).sum();
+    let executed = record.trajectory.tool.iter().skip(1).filter(|t| **t >= 0).count();
+    assert_eq!(executed, steps, "every control step has its frame");
+    assert!(record.summary.shape.is_some() && record.plan.search.is_some());
+}
+
+#[test]
+fn a_run_of_algorithm_1_leaves_its_files_and_repeats_to_the_bit() {
+    let record = check_run("paper", &SHORT_PAPER);
+    assert_eq!(record.plan.stages[0].segments[0].actions.len(), 30);
+}
+
+fn check_run(method: &str, short: &[&str]) -> RunRecord {
     let dir = tempfile::tempdir().unwrap();
     let run = |out: &str, threads: &str| {
         let args =
-            [&["plan", "--task", "donut", "--json", "--out", out, "--threads", threads][..], &SHORT].concat();
+            [&["plan", "--task", "donut", "--json", "--out", out, "--threads", threads][..], short].concat();
         let output = donut(&args, dir.path());
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.code().unwrap() <= 1, "{stderr}");
@@ -49,6 +67,7 @@ fn a_run_leaves_its_files_and_repeats_to_the_bit() {
     ] {
         assert!(!summary[key].is_null(), "{key} is missing");
     }
+    assert_eq!(summary["method"], method);
     let stages = summary["stages"].as_array().unwrap();
     assert_eq!(stages.len(), 2);
     assert_eq!(stages[0]["tool"], "rolling pin");
@@ -59,11 +78,11 @@ fn a_run_leaves_its_files_and_repeats_to_the_bit() {
     let t = &record.trajectory;
     assert_eq!(t.positions.len(), t.actions.len() + 1);
     assert_eq!(t.subgoals.len(), 2);
-    assert_eq!(record.plan.stages[0].segments[0].actions.len(), 30);
 
     run("b", "2");
     let bytes = |out: &str| fs::read(dir.path().join(out).join("trajectory.npz")).unwrap();
     assert!(bytes("a") == bytes("b"), "threads change the trajectory");
+    record
 }
 
 #[test]

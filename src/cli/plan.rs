@@ -58,7 +58,7 @@ pub struct PlanArgs {
     /// Particles, instead of the task's number.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(50..=200_000))]
     particles: Option<u32>,
-    /// Gradient steps per horizon (J), instead of the task's number.
+    /// Gradient steps per horizon (J) of Algorithm 1, instead of the task's number.
     #[arg(long, value_name = "J", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     iterations: Option<u32>,
     /// Control steps a stage may take, instead of the task's number.
@@ -70,9 +70,6 @@ pub struct PlanArgs {
     /// How long the method `donut` may search.
     #[arg(long, value_enum, default_value_t)]
     effort: Effort,
-    /// Parameters of the method `donut` to change, as JSON
-    #[arg(long, hide = true)]
-    tune: Option<String>,
     /// Threads; the result does not depend on them. All processors if not given.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -92,17 +89,8 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
     let dir = RunDir::create(&out)?;
     let options = args.options()?;
 
-    let mut progress = ProgressLine::new(scene.planner.max_steps, scene.planner.iterations);
-    let mut search = SearchSettings::of(args.effort);
-    if let Some(t) = &args.tune {
-        let mut v = serde_json::to_value(&search)?;
-        let over: serde_json::Value = serde_json::from_str(t)?;
-        for (k, x) in over.as_object().unwrap() {
-            v[k] = x.clone();
-        }
-        search = serde_json::from_value(v)?;
-    }
-    let planning = Planning { method: args.method, search };
+    let mut progress = ProgressLine::new(scene.planner.max_steps);
+    let planning = Planning { method: args.method, search: SearchSettings::of(args.effort) };
     let run = run_task(&scene, &stages, &planning, args.seed, &options, |event| progress.show(&event))?;
     progress.finish();
 
@@ -110,6 +98,7 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
         scene: &scene,
         task_file: &source.text,
         stages: &stages,
+        planning: &planning,
         response: response.as_deref(),
         seed: args.seed,
         command: args.command_line(),
@@ -184,6 +173,11 @@ impl PlanArgs {
         add("answer", (self.answer != 1).then(|| self.answer.to_string()));
         add("target", (self.target != 0).then(|| self.target.to_string()));
         add("particles", self.particles.map(|n| n.to_string()));
+        add("method", (self.method != Method::default()).then(|| self.method.name()));
+        add(
+            "effort",
+            (self.effort != Effort::default()).then(|| format!("{:?}", self.effort).to_lowercase()),
+        );
         add("iterations", self.iterations.map(|n| n.to_string()));
         add("max-steps", self.max_steps.map(|n| n.to_string()));
         line

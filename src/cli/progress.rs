@@ -14,18 +14,17 @@ const TICKS: usize = 1000;
 pub struct ProgressLine {
     bar: ProgressBar,
     max_steps: usize,
-    iterations: usize,
     stage: usize,
 }
 
 impl ProgressLine {
-    /// A line for stages of at most `max_steps` control steps with `iterations` gradient steps a horizon.
-    pub fn new(max_steps: usize, iterations: usize) -> Self {
+    /// A line for stages of at most `max_steps` control steps.
+    pub fn new(max_steps: usize) -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(4));
         let style = ProgressStyle::with_template("{prefix} {bar:24} {msg}, {eta} left")
             .expect("the template is a constant");
         bar.set_style(style);
-        Self { bar, max_steps, iterations, stage: 0 }
+        Self { bar, max_steps, stage: 0 }
     }
 
     /// Shows an event.
@@ -41,10 +40,9 @@ impl ProgressLine {
                 }
             }
             RunEvent::Progress(p) => {
-                // The horizon that is being planned counts by its gradient steps; a rejected one does not
+                // The segment that is being planned counts by how far its search is; a rejected one does not
                 // move the bar on.
-                let horizon = p.iteration as f64 / self.iterations.max(1) as f64;
-                let share = (p.step as f64 + horizon * p.horizon as f64) / self.max_steps.max(1) as f64;
+                let share = (p.step as f64 + p.searched * p.horizon as f64) / self.max_steps.max(1) as f64;
                 let done = self.stage * TICKS + (share.min(1.0) * TICKS as f64) as usize;
                 self.bar.set_position(done as u64);
                 self.bar.set_message(format!(

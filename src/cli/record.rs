@@ -7,10 +7,8 @@ use crate::math::cloud::Point;
 use crate::store::record::{PlanFile, RunRecord, Segment, StagePlan, StageSummary, Summary};
 use crate::store::trajectory::{Step, Trajectory};
 use crate::task::Scene;
-use crate::task::run::{StageRun, TaskRun, normalised_decrease};
+use crate::task::run::{Planning, StageRun, TaskRun, normalised_decrease};
 
-/// The planning method, as results name it.
-const METHOD: &str = "algorithm-1";
 /// How EMDs are computed, as results name it.
 const ESTIMATOR: &str = "exact assignment, all particles, settled dough";
 
@@ -19,6 +17,7 @@ pub struct RunInputs<'a> {
     pub scene: &'a Scene,
     pub task_file: &'a str,
     pub stages: &'a [Stage],
+    pub planning: &'a Planning,
     pub response: Option<&'a str>,
     pub seed: u64,
     pub command: String,
@@ -49,11 +48,12 @@ pub fn record(inputs: &RunInputs<'_>, run: &TaskRun) -> RunRecord {
             command: inputs.command.clone(),
             task: scene.name.clone(),
             seed: inputs.seed,
-            method: METHOD.to_owned(),
+            method: inputs.planning.method.name(),
             task_file: inputs.task_file.to_owned(),
             response: inputs.response.map(str::to_owned),
             params: scene.params.clone(),
             planner: scene.planner.clone(),
+            search: Some(inputs.planning.search.clone()),
             tools: scene.tools.iter().map(|t| t.tool.clone()).collect(),
             stages,
         },
@@ -127,7 +127,7 @@ fn summary(inputs: &RunInputs<'_>, run: &TaskRun, version: &str) -> Summary {
     Summary {
         task: scene.name.clone(),
         seed: inputs.seed,
-        method: METHOD.to_owned(),
+        method: inputs.planning.method.name(),
         score,
         threshold: scene.threshold,
         success: score >= scene.threshold,

@@ -58,7 +58,8 @@ pub fn plan_stage<T: Real>(
         let goal = Goal { reachable: &reachable, active: problem.active, weights: settings.loss_weights };
         let resets = placements - 1;
         let planned = optimize(&mut sim, &state, &start_pose, &goal, settings, |iteration| {
-            observe(Progress { step: t, iteration, horizon: settings.horizon, emd: emd_now, resets });
+            let searched = iteration as f64 / settings.iterations as f64;
+            observe(Progress { step: t, searched, horizon: settings.horizon, emd: emd_now, resets });
         });
         let horizon = match planned {
             Ok(horizon) => horizon, // 13-17

@@ -47,6 +47,14 @@ pub enum Method {
     Paper,
 }
 
+impl Method {
+    /// What `--method` and results call it.
+    pub fn name(self) -> String {
+        let value = clap::ValueEnum::to_possible_value(&self).expect("no variant is skipped");
+        value.get_name().to_owned()
+    }
+}
+
 /// How much a search may cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]

@@ -93,8 +93,8 @@ pub struct StageTrace {
 pub struct Progress {
     /// Control steps executed so far.
     pub step: usize,
-    /// Gradient steps done in the current segment.
-    pub iteration: usize,
+    /// How much of the search for the current segment is done, 0 to 1.
+    pub searched: f64,
     /// Control steps that the current segment will take.
     pub horizon: usize,
     /// EMD now, m.

@@ -10,7 +10,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::trajectory::Trajectory;
-use crate::plan::settings::PlannerSettings;
+use crate::plan::settings::{PlannerSettings, SearchSettings};
 use crate::sim::params::Params;
 use crate::sim::tool::{Tool, ToolPose};
 use crate::task::measures::ShapeMeasures;
@@ -101,6 +101,9 @@ pub struct PlanFile {
     pub response: Option<String>,
     pub params: Params,
     pub planner: PlannerSettings,
+    /// Parameters of the method `donut`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub search: Option<SearchSettings>,
     /// The tools; stages and frames name them by index.
     pub tools: Vec<Tool>,
     pub stages: Vec<StagePlan>,

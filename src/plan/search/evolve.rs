@@ -44,14 +44,19 @@ pub struct Search<'a, T: Real> {
 }
 
 impl<T: Real> Search<'_, T> {
-    /// The best stroke of all that were tried, if one could be carried out. `on_tried` hears how many were.
-    pub fn run(&mut self, seeds: &[Seed], rng: &mut Pcg64, mut on_tried: impl FnMut(usize)) -> Option<Tried> {
+    /// The best stroke of all that were tried, if one could be carried out. `on_searched` hears which share of the
+    /// search is done.
+    pub fn run(
+        &mut self,
+        seeds: &[Seed],
+        rng: &mut Pcg64,
+        mut on_searched: impl FnMut(f64),
+    ) -> Option<Tried> {
         let s = self.settings;
         let lengths: Vec<usize> = s.lengths.iter().map(|&l| l.min(self.steps_left)).collect();
         let before = self.coarse.objective(&self.coarse.state.x);
         let merit = |t: &Tried| (before - t.objective) / (t.stroke.steps as f64).powf(s.length_exponent);
         let mut pool: Vec<Tried> = Vec::new();
-        let mut tried = 0;
         for generation in 0..s.generations {
             let strokes: Vec<Stroke> = (0..s.population)
                 .map(|k| {
@@ -65,11 +70,10 @@ impl<T: Real> Search<'_, T> {
                     parent.varied(self.tool, &WIDE.towards(&NARROW, t), &lengths, rng)
                 })
                 .collect();
-            tried += strokes.len();
             pool.extend(self.try_all(&strokes));
             pool.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
             pool.truncate(s.parents);
-            on_tried(tried);
+            on_searched((generation + 1) as f64 / s.generations as f64);
             if pool.is_empty() {
                 return None;
             }

@@ -79,9 +79,9 @@ pub fn plan_stage<T: Real>(
             steps_left,
         };
         let resets = usize::max(strokes, 1) - 1;
-        let found = finder.run(&seeds, &mut rng, |iteration| {
+        let found = finder.run(&seeds, &mut rng, |searched| {
             let horizon = search.lengths.iter().copied().max().unwrap_or(0);
-            observe(Progress { step: steps, iteration, horizon, emd: emd_now, resets });
+            observe(Progress { step: steps, searched, horizon, emd: emd_now, resets });
         });
         let Some(found) = found else { break StopReason::NoPlace };
         let actions = found.stroke.actions();

@@ -34,38 +34,53 @@ pub struct Seed {
 /// A tool may push from where it touches the dough, or from inside, as low as it can go: a knife that stands
 /// on a bar pushes nothing apart, but one that has gone through it does.
 pub fn seeds(place: &Placement<'_>, substeps: usize, motion: &[Point], count: usize) -> Vec<Seed> {
-    let mut scored: Vec<(f64, Stroke, ToolPose, f64)> = Vec::new();
     let lowest = place.tool.lower_bound[1];
+    let (mut touching, mut inside): (Vec<Scored>, Vec<Scored>) = (Vec::new(), Vec::new());
     for k in 0..YAWS {
         let yaw = std::f64::consts::TAU * k as f64 / YAWS as f64;
         let turned = Stroke { x: 0.0, z: 0.0, yaw, gap: 0.0, steps: 0, knots: Vec::new() };
         for pose in place.candidates(turned.pose_above(place.rest).rotation) {
             let stroke = Stroke { x: pose.position[0], z: pose.position[2], gap: pose.gap, ..turned.clone() };
-            scored.push((place.score(&pose), stroke.clone(), pose, 0.0));
             let dive = pose.position[1] - lowest;
             if dive > 0.0 {
                 let [x, _, z] = pose.position;
-                let inside = ToolPose { position: [x, lowest, z], ..pose };
-                scored.push((place.score(&inside), stroke, inside, dive));
+                let pose = ToolPose { position: [x, lowest, z], ..pose };
+                inside.push(Scored { score: place.score(&pose), stroke: stroke.clone(), pose, dive });
             }
+            touching.push(Scored { score: place.score(&pose), stroke, pose, dive: 0.0 });
         }
     }
-    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut chosen: Vec<(Stroke, ToolPose, f64)> = Vec::new();
-    for (_, stroke, pose, dive) in scored {
-        let is_new = |other: &(Stroke, ToolPose, f64)| {
-            distance(other.1.position, pose.position) > APART
-                || (other.0.yaw != stroke.yaw && !same_surface(place.tool, &other.1, &pose))
-        };
-        if chosen.iter().all(is_new) {
-            chosen.push((stroke, pose, dive));
-        }
-        if chosen.len() == count {
-            break;
-        }
-    }
+    // Scores of the two kinds do not compare: inside, the tool is near to far more dough.
+    let half = count / 2;
+    let mut chosen = apart(place.tool, inside, half);
+    let rest = count - chosen.len();
+    chosen.extend(apart(place.tool, touching, rest));
     let lean = |pose: &ToolPose| lean(place, substeps, motion, pose);
-    chosen.into_iter().map(|(stroke, pose, dive)| Seed { lean: lean(&pose), stroke, dive }).collect()
+    chosen.into_iter().map(|s| Seed { lean: lean(&s.pose), stroke: s.stroke, dive: s.dive }).collect()
+}
+
+/// A place and what it promises.
+struct Scored {
+    score: f64,
+    stroke: Stroke,
+    pose: ToolPose,
+    dive: f64,
+}
+
+/// The best `count` that differ from one another.
+fn apart(tool: &Tool, mut scored: Vec<Scored>, count: usize) -> Vec<Scored> {
+    scored.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let mut chosen: Vec<Scored> = Vec::new();
+    for next in scored {
+        let is_new = |other: &Scored| {
+            distance(other.pose.position, next.pose.position) > APART
+                || (other.stroke.yaw != next.stroke.yaw && !same_surface(tool, &other.pose, &next.pose))
+        };
+        if chosen.len() < count && chosen.iter().all(is_new) {
+            chosen.push(next);
+        }
+    }
+    chosen
 }
 
 /// Whether a tool looks the same from all sides at both poses: at points around it, it is as far away.
