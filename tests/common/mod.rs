@@ -134,6 +134,7 @@ fn summary(n: usize) -> Summary {
             stop: "reached".into(),
         }],
         score_ceiling: Some(0.98),
+        shape: None,
         estimator: "made up".into(),
         version: "0.1.0".into(),
     }
@@ -150,6 +151,7 @@ fn plan(segments: Vec<Segment>) -> PlanFile {
         response: None,
         params: Params::default(),
         planner: settings(),
+        search: None,
         tools: vec![rolling_pin()],
         stages: vec![StagePlan {
             title: "Flatten the ball into a disc <b>\"gently\"</b> & evenly".into(),
