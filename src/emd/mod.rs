@@ -15,6 +15,7 @@
 
 mod auction;
 mod augment;
+mod candidates;
 mod cost;
 mod error;
 pub mod exact;
