@@ -14,7 +14,7 @@ pub const BLOCK: usize = 16;
 /// Neighbours that a coarser cloud has one point for; divides [`BLOCK`].
 pub const CLUSTER: usize = 4;
 /// Blocks whose bounds are tested together.
-const GROUP: usize = 8;
+pub const GROUP: usize = 8;
 /// Part of the trace that is added to a block's moments before they are inverted.
 const RIDGE: f64 = 1e-3;
 /// Greatest slope of a plane below prices. Dual prices of transport in a box of diagonal 1 stay below 1.
@@ -192,6 +192,37 @@ impl<T: Real> Packed<T> {
         bounds
     }
 
+    /// Lower bounds of `cost + price + row price` over each pair of one block of `rows` with the blocks of
+    /// a group, by the tangent plane at both middles.
+    #[inline(always)]
+    pub fn pair_bounds(
+        &self,
+        prices: &Prices<T>,
+        cost: impl Cost<T>,
+        group: usize,
+        rows: &Self,
+        row_prices: &Prices<T>,
+        row: usize,
+    ) -> [T; GROUP] {
+        let Group { center, half } = &self.groups[group];
+        let Planes { base, gradient } = &prices.planes[group];
+        let (own, own_planes, at) = (&rows.groups[row / GROUP], &row_prices.planes[row / GROUP], row % GROUP);
+        let mut bounds = [T::ZERO; GROUP];
+        for k in 0..GROUP {
+            let d: [T; 3] = std::array::from_fn(|axis| center[axis][k] - own.center[axis][at]);
+            let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            let slope = cost.slope(d2);
+            let mut bound = cost.at(d2) + base[k] + own_planes.base[at];
+            for axis in 0..3 {
+                let pull = slope * d[axis];
+                bound = bound - (pull + gradient[axis][k]).abs() * half[axis][k];
+                bound = bound - (own_planes.gradient[axis][at] - pull).abs() * own.half[axis][at];
+            }
+            bounds[k] = bound;
+        }
+        bounds
+    }
+
     /// Shows `visitor` every block that may hold a value below the limit, the block `first` first.
     #[inline(always)]
     pub fn scan(
@@ -241,6 +272,12 @@ impl<T: Real> Prices<T> {
     #[inline(always)]
     pub fn get(&self, slot: usize) -> T {
         self.of[slot / BLOCK][slot % BLOCK]
+    }
+
+    /// The prices of a block.
+    #[inline(always)]
+    pub fn block(&self, block: usize) -> &[T; BLOCK] {
+        &self.of[block]
     }
 
     /// Raises the price of a slot. The plane below its block stays below; [`Self::refit`] brings it near.
