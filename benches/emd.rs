@@ -1,49 +1,41 @@
 //! Times of the earth mover's distance on three pairs of shapes: `cargo bench --bench emd [FILTER]`.
 //!
-//! Prints the median and the best of some repetitions; a filter picks the lines whose name contains
-//! it. Set RAYON_NUM_THREADS for the number of threads. Imports the library and the tests' clouds.
+//! Set RAYON_NUM_THREADS for the number of threads. `benches/compare_emd.py` puts other libraries' times
+//! beside these. Imports the library and the tests' clouds.
 
-use std::hint::black_box;
-use std::time::Instant;
+use std::time::Duration;
 
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use donut::emd::Measure;
 use donut::emd::exact::{assign, assign_within};
 use donut::emd::reach::{Method, next_reachable};
-use donut::emd::schedule::{Power, Settings};
+use donut::emd::schedule::Settings;
 use donut::emd::sinkhorn::divergence;
-use donut::emd::transport::transport;
-use donut::emd::{Measure, Real};
 use donut::math::cloud::Point;
 
 #[path = "../tests/emd/clouds.rs"]
 mod clouds;
 
-const REPETITIONS: usize = 11;
 /// The tolerance of the auction's case, as a part of the exact distance.
 const TOLERANCE: f64 = 2e-4;
 
-fn main() {
-    let filter = std::env::args().skip(1).find(|a| !a.starts_with('-')).unwrap_or_default();
+fn all(criterion: &mut Criterion) {
     for n in [500, 1000, 2000, 5000] {
         for (shapes, x, y) in pairs(n) {
-            let time = |name: &str, work: &dyn Fn()| {
-                let name = format!("{shapes}/{n}/{name}");
-                if name.contains(&filter) {
-                    report(&name, work);
-                }
-            };
-            let exact = assign(&x, &y).mean_distance;
-            time("sinkhorn-f32", &|| sinkhorn::<f32>(&x, &y));
-            time("sinkhorn-f64", &|| sinkhorn::<f64>(&x, &y));
-            time("exact", &|| drop(black_box(assign(&x, &y))));
-            time("within-0.02%", &|| drop(black_box(assign_within(&x, &y, TOLERANCE * exact))));
-            time("reach-exact", &|| drop(black_box(next_reachable(&x, &y, 20, 0.005, Method::Exact))));
-            if n <= 1000 {
-                let less = Measure::uniform(&y[..n * 4 / 5]);
-                time("transport", &|| drop(black_box(transport(Measure::uniform(&x), less, Power::One))));
-                time("reach-sinkhorn", &|| {
-                    drop(black_box(next_reachable(&x, &y, 20, 0.005, Method::Sinkhorn)));
-                });
-            }
+            let mut group = criterion.benchmark_group(shapes);
+            let tolerance = TOLERANCE * assign(&x, &y).mean_distance;
+            group.bench_function(BenchmarkId::new("exact", n), |b| b.iter(|| assign(&x, &y)));
+            group.bench_function(BenchmarkId::new("auction", n), |b| {
+                b.iter(|| assign_within(&x, &y, tolerance));
+            });
+            group.bench_function(BenchmarkId::new("reach", n), |b| {
+                b.iter(|| next_reachable(&x, &y, 20, 0.005, Method::Exact).map(|reached| reached.emd));
+            });
+            group.bench_function(BenchmarkId::new("sinkhorn", n), |b| {
+                let (x, y) = (Measure::uniform(&x), Measure::uniform(&y));
+                b.iter(|| divergence::<f32>(x, y, &Settings::default()).map(|found| found.value));
+            });
+            group.finish();
         }
     }
 }
@@ -65,19 +57,12 @@ fn pairs(n: usize) -> [(&'static str, Vec<Point>, Vec<Point>); 3] {
     ]
 }
 
-fn sinkhorn<T: Real>(x: &[Point], y: &[Point]) {
-    let _ = black_box(divergence::<T>(Measure::uniform(x), Measure::uniform(y), &Settings::default()));
+criterion_group! {
+    name = emd;
+    config = Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_secs(1));
+    targets = all
 }
-
-fn report(name: &str, work: &dyn Fn()) {
-    work();
-    let mut milliseconds: Vec<f64> = (0..REPETITIONS)
-        .map(|_| {
-            let start = Instant::now();
-            work();
-            1e3 * start.elapsed().as_secs_f64()
-        })
-        .collect();
-    milliseconds.sort_by(f64::total_cmp);
-    println!("{name:<34} median {:9.3} ms   best {:9.3} ms", milliseconds[REPETITIONS / 2], milliseconds[0]);
-}
+criterion_main!(emd);

@@ -1,7 +1,9 @@
-//! `donut bench`: the simulator's kernels on fixed work, for comparing machines and versions.
+//! `donut bench`: the simulator and the earth mover's distance on fixed work, for comparing machines and
+//! versions.
 //!
 //! Flags come in; a table or JSON goes out. The work: a ball of dough pressed by a rolling pin for 40
-//! control steps, and the gradient of its end positions by the actions. Imports sim.
+//! control steps, and the gradient of its end positions by the actions; and [`super::bench_emd`].
+//! Imports sim.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -10,20 +12,21 @@ use clap::Args;
 use comfy_table::Table;
 use serde::Serialize;
 
+use super::bench_emd::{self, EmdResult};
 use crate::sim::tool::{Motion, Shape, Tool, ToolPose};
 use crate::sim::{Options, Params, ParticleState, SimdLevel, Simulator, StepSeed};
 use crate::task::shapes::Solid;
 
-/// Times the simulator on fixed work.
+/// Times the simulator and the earth mover's distance on fixed work.
 #[derive(Args)]
 pub struct BenchArgs {
-    /// Threads that share a rollout.
+    /// Threads that share a rollout or a distance.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
-    /// Only this case (A, B or C).
+    /// Only this case (A to C: simulator; E1 to E8: earth mover's distance).
     #[arg(long)]
     case: Option<String>,
-    /// Instructions to use instead of the fastest that the machine has.
+    /// Instructions the simulator uses, instead of the fastest that the machine has.
     #[arg(long, value_enum)]
     simd: Option<SimdLevel>,
     /// Runs of each case; the fastest counts.
@@ -54,6 +57,7 @@ struct CaseResult {
 #[derive(Serialize)]
 struct BenchResult {
     cases: Vec<CaseResult>,
+    emd: Vec<EmdResult>,
     threads: u16,
     simd: String,
 }
@@ -64,14 +68,17 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     anyhow::ensure!(simd.is_available(), "this machine has no {simd:?} instructions; leave --simd away");
     if let Some(name) = &args.case {
         anyhow::ensure!(
-            CASES.iter().any(|c| c.0 == name),
-            "there is no case `{name}`; the cases are A, B and C"
+            CASES.iter().any(|c| c.0 == name) || bench_emd::CASES.iter().any(|c| c.0 == name),
+            "there is no case `{name}`; the cases are A, B, C and E1 to E8"
         );
     }
     let wanted = |name: &str| args.case.as_deref().is_none_or(|c| c == name);
     let cases =
         CASES.iter().filter(|c| wanted(c.0)).map(|c| time_case(c, args, simd)).collect::<Result<_, _>>()?;
-    let result = BenchResult { cases, threads: args.threads, simd: format!("{simd:?}").to_lowercase() };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.into()).build()?;
+    let emd = bench_emd::CASES.iter().filter(|c| wanted(c.0));
+    let emd = pool.install(|| emd.map(|c| bench_emd::time_case(c, args.runs)).collect::<Result<_, _>>())?;
+    let result = BenchResult { cases, emd, threads: args.threads, simd: format!("{simd:?}").to_lowercase() };
     if args.json {
         println!("{}", serde_json::to_string_pretty(&result)?);
     } else {
@@ -137,8 +144,27 @@ fn time_case(
 }
 
 fn print_table(result: &BenchResult) {
-    let mut table = Table::new();
+    if !result.cases.is_empty() {
+        println!("{}", simulator_table(&result.cases));
+    }
+    if !result.emd.is_empty() {
+        println!("{}", emd_table(&result.emd));
+    }
+    println!("{} thread(s), {}", result.threads, result.simd);
+}
 
+fn emd_table(results: &[EmdResult]) -> Table {
+    let mut table = Table::new();
+    table.set_header(["case", "distance", "points", "ms"]);
+    for r in results {
+        let method = format!("{:?}", r.method).to_lowercase();
+        table.add_row([r.name.clone(), method, r.points.to_string(), format!("{:.2}", 1e3 * r.seconds)]);
+    }
+    table
+}
+
+fn simulator_table(cases: &[CaseResult]) -> Table {
+    let mut table = Table::new();
     table.set_header([
         "case",
         "particles",
@@ -148,7 +174,7 @@ fn print_table(result: &BenchResult) {
         "ns/p/substep",
         "+ backward",
     ]);
-    for c in &result.cases {
+    for c in cases {
         table.add_row([
             c.name.clone(),
             c.particles.to_string(),
@@ -159,5 +185,5 @@ fn print_table(result: &BenchResult) {
             format!("{:.1}", c.forward_backward_ns_per_particle_substep),
         ]);
     }
-    println!("{table}\n{} thread(s), {}", result.threads, result.simd);
+    table
 }

@@ -5,6 +5,7 @@
 //! output, progress and errors to standard error.
 
 mod bench;
+mod bench_emd;
 mod check;
 mod emd;
 mod gradcheck;

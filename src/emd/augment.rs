@@ -8,7 +8,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::auction::{Matching, NONE, TwoBest};
+use super::auction::{Matching, NONE};
+use super::candidates::{List, TwoBest};
 use super::cost::Distance;
 use super::packed::{BLOCK, Packed, Prices, Visitor, any_below};
 use super::real::Real;
@@ -22,6 +23,8 @@ const FIRST_REACH: f64 = 1e-4;
 const REACH_GROWTH: f64 = 4.0;
 /// A reach beyond which there is no sense in pruning: costs are at most 1.
 const PRUNED_REACH: f64 = 4.0;
+/// Beyond every slot but the padding.
+const UNLIMITED: f64 = 0.5 * f64::FAR;
 
 /// Completes a matching of `rows` to `targets`, in normalised coordinates, optimally.
 pub struct Finish<'a> {
@@ -29,8 +32,8 @@ pub struct Finish<'a> {
     pub targets: &'a Packed<f64>,
     /// Prices to start from; the nearer to optimal, the less there is to do.
     pub prices: Prices<f64>,
-    /// Per row, a slot that is likely to be good.
-    pub hints: Vec<u32>,
+    /// Per row, its best slots at these prices.
+    pub lists: Vec<List<f64>>,
 }
 
 impl Kernel for Finish<'_> {
@@ -45,25 +48,24 @@ impl Kernel for Finish<'_> {
             rows: self.rows,
             targets: self.targets,
             matching,
+            lists: self.lists,
             labels: vec![Label::default(); n],
             search: 0,
             settled: Vec::new(),
         };
-        let mut free = state.claim_best(&self.hints);
+        let mut free = state.claim_best();
         for _ in 0..REDUCTIONS {
-            free = state.reduce(free, &self.hints);
+            free = state.reduce(free);
         }
         let mut reach = FIRST_REACH;
         for row in free {
-            let hint = self.hints[row as usize] as usize;
-            let best =
-                TwoBest::find(state.targets, &state.matching.prices, state.rows.point(row as usize), hint);
+            let best = state.two_best(row as usize).best;
             loop {
-                if let Some(end) = state.search(row, best.best, hint, reach) {
+                if let Some(end) = state.search(row, best, reach) {
                     state.augment(row, end);
                     break;
                 }
-                reach = if reach > PRUNED_REACH { f64::INFINITY } else { reach * REACH_GROWTH };
+                reach = if reach > PRUNED_REACH { UNLIMITED } else { reach * REACH_GROWTH };
             }
             reach = reach.min(PRUNED_REACH);
         }
@@ -86,6 +88,7 @@ struct Paths<'a> {
     rows: &'a Packed<f64>,
     targets: &'a Packed<f64>,
     matching: Matching<f64>,
+    lists: Vec<List<f64>>,
     labels: Vec<Label>,
     search: u32,
     /// Slots whose distance is final in the current search.
@@ -114,13 +117,18 @@ impl PartialOrd for Entry {
 }
 
 impl Paths<'_> {
+    /// The two best slots of a row at the current prices.
+    #[inline(always)]
+    fn two_best(&mut self, row: usize) -> TwoBest<f64> {
+        self.lists[row].two_best(self.targets, &mut self.matching.prices, self.rows.point(row))
+    }
+
     /// Gives every row its cheapest slot if nobody has it yet; returns the rows left without.
     #[inline(always)]
-    fn claim_best(&mut self, hints: &[u32]) -> Vec<u32> {
+    fn claim_best(&mut self) -> Vec<u32> {
         let mut free = Vec::new();
-        for (row, &hint) in hints.iter().enumerate() {
-            let u = self.rows.point(row);
-            let slot = TwoBest::find(self.targets, &self.matching.prices, u, hint as usize).slot;
+        for row in 0..self.rows.len() {
+            let slot = self.two_best(row).slot;
             if self.matching.owner[slot] == NONE {
                 self.matching.give(row as u32, slot);
             } else {
@@ -134,15 +142,13 @@ impl Paths<'_> {
     /// to where the second best is as good; the row pushed out goes on at once if the price rose, and
     /// waits for the next round if it did not.
     #[inline(always)]
-    fn reduce(&mut self, free: Vec<u32>, hints: &[u32]) -> Vec<u32> {
+    fn reduce(&mut self, free: Vec<u32>) -> Vec<u32> {
         let mut left = Vec::new();
         let mut bids_left = 10 * self.rows.len();
         for first in free {
             let mut row = first;
             while row != NONE {
-                let u = self.rows.point(row as usize);
-                let hint = hints[row as usize] as usize;
-                let found = TwoBest::find(self.targets, &self.matching.prices, u, hint);
+                let found = self.two_best(row as usize);
                 let before = self.matching.prices.get(found.slot);
                 let raised = before + (found.second - found.best);
                 let rose = raised > before && found.second < f64::FAR;
@@ -152,7 +158,7 @@ impl Paths<'_> {
                 }
                 bids_left -= 1;
                 if rose {
-                    self.matching.prices.set(self.targets, found.slot, raised);
+                    self.matching.prices.raise(found.slot, raised);
                 }
                 row = self.matching.give(row, found.slot);
             }
@@ -164,11 +170,11 @@ impl Paths<'_> {
     /// `reach`. On success the prices of the settled slots are raised, which keeps the invariant and
     /// makes the path's edges tight.
     #[inline(always)]
-    fn search(&mut self, root: u32, best: f64, hint: usize, mut reach: f64) -> Option<usize> {
+    fn search(&mut self, root: u32, best: f64, mut reach: f64) -> Option<usize> {
         self.search += 1;
         self.settled.clear();
         let mut heap = BinaryHeap::new();
-        self.relax(root, Step { cheapest: best, distance: 0.0 }, hint, &mut reach, &mut heap);
+        self.relax(root, Step { cheapest: best, distance: 0.0 }, &mut reach, &mut heap);
         while let Some(Reverse(Entry { distance, slot })) = heap.pop() {
             let slot = slot as usize;
             if distance > self.labels[slot].distance {
@@ -179,17 +185,13 @@ impl Paths<'_> {
                 for &settled in &self.settled {
                     let settled = settled as usize;
                     let price = self.matching.prices.get(settled);
-                    self.matching.prices.set(
-                        self.targets,
-                        settled,
-                        price + (distance - self.labels[settled].distance),
-                    );
+                    self.matching.prices.raise(settled, price + (distance - self.labels[settled].distance));
                 }
                 return Some(slot);
             }
             self.settled.push(slot as u32);
             let step = Step { cheapest: self.cheapest(row as usize, slot), distance };
-            self.relax(row, step, slot, &mut reach, &mut heap);
+            self.relax(row, step, &mut reach, &mut heap);
         }
         None
     }
@@ -204,14 +206,7 @@ impl Paths<'_> {
 
     /// Lowers the labels of the slots that are reached sooner through `row`.
     #[inline(always)]
-    fn relax(
-        &mut self,
-        row: u32,
-        step: Step,
-        near: usize,
-        reach: &mut f64,
-        heap: &mut BinaryHeap<Reverse<Entry>>,
-    ) {
+    fn relax(&mut self, row: u32, step: Step, reach: &mut f64, heap: &mut BinaryHeap<Reverse<Entry>>) {
         let mut visitor = Relax {
             row,
             step,
@@ -221,8 +216,21 @@ impl Paths<'_> {
             owner: &self.matching.owner,
             heap,
         };
-        let u = self.rows.point(row as usize);
-        self.targets.scan(&self.matching.prices, Distance, u, near / BLOCK, &mut visitor);
+        let list = &mut self.lists[row as usize];
+        let prices = &mut self.matching.prices;
+        if !visitor.offered_by(list, prices) {
+            prices.refit(self.targets);
+            list.renew(self.targets, prices, self.rows.point(row as usize));
+            if !visitor.offered_by(list, prices) {
+                self.targets.scan(
+                    prices,
+                    Distance,
+                    self.rows.point(row as usize),
+                    list.first_block(),
+                    &mut visitor,
+                );
+            }
+        }
         *reach = visitor.reach;
     }
 }
@@ -253,12 +261,7 @@ impl Visitor<f64> for Relax<'_> {
     fn visit(&mut self, block: usize, values: &[f64; BLOCK]) -> f64 {
         if any_below(values, self.limit()) {
             for (k, &value) in values.iter().enumerate() {
-                // Rounding may take a tight edge a hair below zero. Without the clamp a settled slot
-                // could be lowered again, and the paths could close to a ring.
-                let distance = self.step.distance + (value - self.step.cheapest).max(0.0);
-                if distance < self.reach {
-                    self.lower(block * BLOCK + k, distance);
-                }
+                self.offer(block * BLOCK + k, value);
             }
         }
         self.limit()
@@ -270,6 +273,26 @@ impl Relax<'_> {
     #[inline(always)]
     fn limit(&self) -> f64 {
         self.step.cheapest + (self.reach - self.step.distance)
+    }
+
+    /// Takes notice of a row's best slots; returns whether no other slot is of interest.
+    #[inline(always)]
+    fn offered_by(&mut self, list: &List<f64>, prices: &Prices<f64>) -> bool {
+        for (slot, value) in list.values(prices) {
+            self.offer(slot, value);
+        }
+        self.limit() <= list.rest()
+    }
+
+    /// Takes notice of a slot at cost plus price `value`.
+    #[inline(always)]
+    fn offer(&mut self, slot: usize, value: f64) {
+        // Rounding may take a tight edge a hair below zero. Without the clamp a settled slot could be
+        // lowered again, and the paths could close to a ring.
+        let distance = self.step.distance + (value - self.step.cheapest).max(0.0);
+        if distance < self.reach {
+            self.lower(slot, distance);
+        }
     }
 
     fn lower(&mut self, slot: usize, distance: f64) {

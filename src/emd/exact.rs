@@ -3,8 +3,9 @@
 //! Two clouds come in; who goes where, and the mean distance, go out. The exact one is an auction to
 //! a fine tolerance in `f32`, then shortest augmenting paths in `f64`. Imports [`crate::math`].
 
-use super::auction::{Auction, Auctioned, NONE};
+use super::auction::{Auction, Auctioned};
 use super::augment::Finish;
+use super::candidates::List;
 use super::packed::{Packed, Prices, compact_order, normalised};
 use super::wide::widest;
 use crate::math::cloud::{Point, distance};
@@ -89,10 +90,11 @@ impl Problem {
 
     fn finish(&self, auctioned: Auctioned) -> Vec<u32> {
         let [rows, targets] = [0, 1].map(|k| Packed::new(&self.clouds[k], self.orders[k].clone()));
-        let matching = auctioned.matching;
+        let matching = &auctioned.matching;
         let prices = Prices::new(&targets, |slot| f64::from(matching.prices.get(slot)));
-        let hints = matching.slot_of.iter().map(|&slot| if slot == NONE { 0 } else { slot }).collect();
-        widest(Finish { rows: &rows, targets: &targets, prices, hints })
+        let widened = |(row, list): (usize, &List<f32>)| list.widened(&targets, rows.point(row));
+        let lists = auctioned.lists.iter().enumerate().map(widened).collect();
+        widest(Finish { rows: &rows, targets: &targets, prices, lists })
     }
 
     /// The assignment in the user's order and unit.

@@ -5,9 +5,9 @@
 //!
 //! | looking for | open |
 //! |---|---|
-//! | the exact matching of equal clouds | [`exact`], which runs [`auction`] and then [`augment`] |
+//! | the exact matching of equal clouds | [`exact`], which runs [`auction`] (with [`candidates`]) and then [`augment`] |
 //! | clouds of different size, weights | [`transport`], a network simplex on a [`tree`] |
-//! | GeomLoss's Sinkhorn divergence | [`sinkhorn`], with [`schedule`] and [`softmin`] |
+//! | GeomLoss's Sinkhorn divergence | [`sinkhorn`], with [`schedule`], [`pairs`] and [`softmin`] |
 //! | the next reachable cloud of the paper's equation 1 | [`reach`] |
 //! | how an inner loop skips and vectorises | [`packed`], [`real`], [`wide`] |
 
@@ -15,10 +15,12 @@
 
 mod auction;
 mod augment;
+mod candidates;
 mod cost;
 mod error;
 pub mod exact;
 mod packed;
+mod pairs;
 pub mod reach;
 mod real;
 pub mod schedule;

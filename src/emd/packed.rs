@@ -4,15 +4,17 @@
 //! limit" is found without looking at most targets. The auction, the augmenting paths and the
 //! Sinkhorn passes all run on this one scan. Imports [`crate::math`].
 
-use super::cost::Cost;
+use super::cost::{Cost, Distance};
 use super::real::Real;
 use crate::math::cloud::{Bounds, Point, centroid, sub};
 use nalgebra::{Matrix3, Vector3};
 
 /// Points per block: two AVX2 registers of `f32`.
 pub const BLOCK: usize = 16;
+/// Neighbours that a coarser cloud has one point for; divides [`BLOCK`].
+pub const CLUSTER: usize = 4;
 /// Blocks whose bounds are tested together.
-const GROUP: usize = 8;
+pub const GROUP: usize = 8;
 /// Part of the trace that is added to a block's moments before they are inverted.
 const RIDGE: f64 = 1e-3;
 /// Greatest slope of a plane below prices. Dual prices of transport in a box of diagonal 1 stay below 1.
@@ -49,6 +51,9 @@ pub struct Prices<T> {
     /// Per block and slot; padding has the price [`Real::FAR`], so it is never chosen.
     of: Vec<[T; BLOCK]>,
     planes: Vec<Planes<T>>,
+    /// Blocks with a price that rose after its plane was laid.
+    risen: Vec<u32>,
+    has_risen: Vec<bool>,
 }
 
 /// For each block of a group a plane that lies below its prices: `base + gradient . (v - center)`.
@@ -128,6 +133,20 @@ impl<T: Real> Packed<T> {
         [block.at[0][slot % BLOCK], block.at[1][slot % BLOCK], block.at[2][slot % BLOCK]]
     }
 
+    /// The mean of each [`CLUSTER`] points that follow each other.
+    pub fn cluster_means(&self) -> Vec<Point> {
+        let points: Vec<Point> = (0..self.len()).map(|slot| self.point(slot).map(T::wide)).collect();
+        points.chunks(CLUSTER).map(centroid).collect()
+    }
+
+    /// The distance from `u` to a slot, to the bit the cost in [`Self::scan`].
+    #[inline(always)]
+    pub fn distance(&self, u: [T; 3], slot: usize) -> T {
+        let v = self.point(slot);
+        let d: [T; 3] = std::array::from_fn(|axis| v[axis] - u[axis]);
+        Distance.at(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+    }
+
     /// The vectors from `u` to the points of a block, per axis and slot.
     #[inline(always)]
     pub fn offsets(&self, u: [T; 3], block: usize) -> [[T; BLOCK]; 3] {
@@ -173,6 +192,37 @@ impl<T: Real> Packed<T> {
         bounds
     }
 
+    /// Lower bounds of `cost + price + row price` over each pair of one block of `rows` with the blocks of
+    /// a group, by the tangent plane at both middles.
+    #[inline(always)]
+    pub fn pair_bounds(
+        &self,
+        prices: &Prices<T>,
+        cost: impl Cost<T>,
+        group: usize,
+        rows: &Self,
+        row_prices: &Prices<T>,
+        row: usize,
+    ) -> [T; GROUP] {
+        let Group { center, half } = &self.groups[group];
+        let Planes { base, gradient } = &prices.planes[group];
+        let (own, own_planes, at) = (&rows.groups[row / GROUP], &row_prices.planes[row / GROUP], row % GROUP);
+        let mut bounds = [T::ZERO; GROUP];
+        for k in 0..GROUP {
+            let d: [T; 3] = std::array::from_fn(|axis| center[axis][k] - own.center[axis][at]);
+            let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            let slope = cost.slope(d2);
+            let mut bound = cost.at(d2) + base[k] + own_planes.base[at];
+            for axis in 0..3 {
+                let pull = slope * d[axis];
+                bound = bound - (pull + gradient[axis][k]).abs() * half[axis][k];
+                bound = bound - (own_planes.gradient[axis][at] - pull).abs() * own.half[axis][at];
+            }
+            bounds[k] = bound;
+        }
+        bounds
+    }
+
     /// Shows `visitor` every block that may hold a value below the limit, the block `first` first.
     #[inline(always)]
     pub fn scan(
@@ -209,6 +259,8 @@ impl<T: Real> Prices<T> {
                 .map(|block| std::array::from_fn(|k| price(block * BLOCK + k)))
                 .collect(),
             planes: vec![zero; packed.groups.len()],
+            risen: Vec::new(),
+            has_risen: vec![false; packed.blocks.len()],
         };
         for block in 0..packed.blocks.len() {
             prices.fit(packed, block);
@@ -222,11 +274,30 @@ impl<T: Real> Prices<T> {
         self.of[slot / BLOCK][slot % BLOCK]
     }
 
-    /// Changes the price of a slot.
+    /// The prices of a block.
     #[inline(always)]
-    pub fn set(&mut self, packed: &Packed<T>, slot: usize, price: T) {
-        self.of[slot / BLOCK][slot % BLOCK] = price;
-        self.fit(packed, slot / BLOCK);
+    pub fn block(&self, block: usize) -> &[T; BLOCK] {
+        &self.of[block]
+    }
+
+    /// Raises the price of a slot. The plane below its block stays below; [`Self::refit`] brings it near.
+    #[inline(always)]
+    pub fn raise(&mut self, slot: usize, price: T) {
+        let block = slot / BLOCK;
+        self.of[block][slot % BLOCK] = price;
+        if !self.has_risen[block] {
+            self.has_risen[block] = true;
+            self.risen.push(block as u32);
+        }
+    }
+
+    /// Lays new planes below the blocks in which prices rose.
+    #[inline(always)]
+    pub fn refit(&mut self, packed: &Packed<T>) {
+        while let Some(block) = self.risen.pop() {
+            self.has_risen[block as usize] = false;
+            self.fit(packed, block as usize);
+        }
     }
 
     /// Lays a plane below the prices of a block.
@@ -286,17 +357,18 @@ pub fn any_below<T: Real, const N: usize>(values: &[T; N], limit: T) -> bool {
     values.iter().fold(false, |any, &v| any | (v < limit))
 }
 
-/// An order in which every run of [`BLOCK`] points is compact: halve the cloud across its longest
+/// An order in which every run of [`BLOCK`] points, and in it of [`CLUSTER`], is compact: halve the cloud across its longest
 /// side, again and again. Ties are broken by index, so the order depends on nothing but the points.
 pub fn compact_order(points: &[Point]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..points.len() as u32).collect();
     let mut parts = vec![&mut order[..]];
     while let Some(part) = parts.pop() {
-        if part.len() <= BLOCK {
+        if part.len() <= CLUSTER {
             continue;
         }
         let axis = longest_side(points, part);
-        let middle = (part.len() / 2).next_multiple_of(BLOCK);
+        let unit = if part.len() > BLOCK { BLOCK } else { CLUSTER };
+        let middle = (part.len() / 2).next_multiple_of(unit);
         part.select_nth_unstable_by(middle, |&i, &j| {
             points[i as usize][axis].total_cmp(&points[j as usize][axis]).then(i.cmp(&j))
         });
@@ -335,7 +407,6 @@ pub fn normalised(source: &[Point], target: &[Point]) -> (Vec<Point>, Vec<Point>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::emd::cost::Distance;
     use crate::math::rng;
 
     fn cloud(n: usize) -> Vec<Point> {

@@ -43,7 +43,7 @@ pub trait Real:
     fn abs(self) -> Self;
     /// Natural logarithm.
     fn ln(self) -> Self;
-    /// 2^self for exponents between `NEGLIGIBLE` and 1, to about the last bit; wrong outside.
+    /// 2^self for exponents between `NEGLIGIBLE` and 100, to about the last bit; wrong outside.
     fn exp2(self) -> Self;
 
     /// The smaller of two; `other` if one is NaN. Compiles to one vector instruction.

@@ -8,6 +8,7 @@
 use super::cost::{ClampedDistance, Cost, HalfSquare};
 use super::error::{EmdError, Measure};
 use super::packed::{Packed, Prices, compact_order, normalised};
+use super::pairs::{Half, update, update_self};
 use super::real::Real;
 use super::schedule::{Power, Settings};
 use super::softmin::Pass;
@@ -67,13 +68,15 @@ pub fn divergence<T: Real>(
     };
     let unit = if diagonal > 0.0 { diagonal } else { 1.0 };
     let temperatures = settings.temperatures(diameter);
+    let same = source.points == target.points && source.weights == target.weights;
     let clouds = [Side::<T>::new(&x, source), Side::new(&y, target)];
     Ok(match settings.power {
         Power::One => {
             let cost = ClampedDistance { clamp: T::of(DISTANCE_CLAMP / (unit * unit)) };
-            Problem { clouds, cost, debias: settings.debias, unit, p: 1 }.solve(source.points, &temperatures)
+            Problem { clouds, cost, debias: settings.debias, same, unit, p: 1 }
+                .solve(source.points, &temperatures)
         }
-        Power::Two => Problem { clouds, cost: HalfSquare, debias: settings.debias, unit, p: 2 }
+        Power::Two => Problem { clouds, cost: HalfSquare, debias: settings.debias, same, unit, p: 2 }
             .solve(source.points, &temperatures),
     })
 }
@@ -82,6 +85,8 @@ pub fn divergence<T: Real>(
 struct Side<T> {
     cloud: Packed<T>,
     weights: Vec<f64>,
+    /// The same, rounded.
+    shares: Vec<T>,
     log_weights: Vec<T>,
 }
 
@@ -90,7 +95,12 @@ impl<T: Real> Side<T> {
         let cloud = Packed::new(normalised, compact_order(normalised));
         let weights: Vec<f64> = cloud.order.iter().map(|&i| measure.weight(i as usize)).collect();
         let log = |&w: &f64| T::of(if w > 0.0 { w.ln() } else { LOG_OF_ZERO });
-        Self { log_weights: weights.iter().map(log).collect(), weights, cloud }
+        let shares = weights.iter().map(|&w| T::of(w)).collect();
+        Self { log_weights: weights.iter().map(log).collect(), weights, shares, cloud }
+    }
+
+    fn with<'a>(&'a self, potential: &'a [T]) -> Half<'a, T> {
+        Half { cloud: &self.cloud, weights: &self.shares, log_weights: &self.log_weights, potential }
     }
 
     /// `sum_i weight_i potential_i`.
@@ -113,6 +123,8 @@ struct Problem<T, C> {
     clouds: [Side<T>; 2],
     cost: C,
     debias: bool,
+    /// Whether source and target are the same, point for point.
+    same: bool,
     /// Length of 1 in the user's unit.
     unit: f64,
     p: i32,
@@ -156,15 +168,17 @@ impl<T: Real, C: Cost<T>> Problem<T, C> {
     /// The soft minima at `eps` from the potentials `old`: `softmin_j(C_ij - eps ln w_j - old_j)`.
     fn update(&self, eps: T, old: &Potentials<T>) -> Potentials<T> {
         let [x, y] = &self.clouds;
-        let soft_minima = |rows: &Side<T>, targets: &Side<T>, potential: &[T]| {
-            self.pass(eps, rows, targets, &prices(targets, potential, eps)).soft_minima()
-        };
-        Potentials {
-            f_ba: soft_minima(x, y, &old.g_ab),
-            g_ab: soft_minima(y, x, &old.f_ba),
-            f_aa: if self.debias { soft_minima(x, x, &old.f_aa) } else { Vec::new() },
-            g_bb: if self.debias { soft_minima(y, y, &old.g_bb) } else { Vec::new() },
+        let alone = |side: &Side<T>, potential: &[T]| update_self(side.with(potential), self.cost, eps);
+        if self.same {
+            // One problem, not three: what must cancel does so to the last bit.
+            let f = alone(x, &old.f_ba);
+            let debiasing = if self.debias { f.clone() } else { Vec::new() };
+            return Potentials { g_ab: f.clone(), f_aa: debiasing.clone(), g_bb: debiasing, f_ba: f };
         }
+        let [f_ba, g_ab] = update(x.with(&old.f_ba), y.with(&old.g_ab), self.cost, eps);
+        let [f_aa, g_bb] =
+            if self.debias { [alone(x, &old.f_aa), alone(y, &old.g_bb)] } else { [Vec::new(), Vec::new()] };
+        Potentials { f_ba, g_ab, f_aa, g_bb }
     }
 
     fn pass<'a>(
@@ -182,7 +196,7 @@ impl<T: Real, C: Cost<T>> Problem<T, C> {
     fn pulls(&self, eps: T, before: &Potentials<T>, end: &Potentials<T>) -> (Vec<Point>, Vec<Point>) {
         let [x, y] = &self.clouds;
         let pulls = |targets: &Side<T>, potential: &[T], minima: &[T]| {
-            self.pass(eps, x, targets, &prices(targets, potential, eps)).pulls(minima)
+            self.pass(eps, x, targets, &targets.with(potential).prices(eps)).pulls(minima)
         };
         let toward = pulls(y, &before.g_ab, &end.f_ba);
         let apart = if self.debias { pulls(x, &before.f_aa, &end.f_aa) } else { Vec::new() };
@@ -203,14 +217,10 @@ impl<T: Real, C: Cost<T>> Problem<T, C> {
     /// column sums are from the target's weights is seen by updating `g_ab` once more.
     fn marginal_error(&self, eps: T, before: &Potentials<T>, end: &Potentials<T>) -> f64 {
         let [x, y] = &self.clouds;
-        let next = self.pass(eps, y, x, &prices(x, &end.f_ba, eps)).soft_minima();
+        let next = self.pass(eps, y, x, &x.with(&end.f_ba).prices(eps)).soft_minima();
         let columns = before.g_ab.iter().zip(&next).zip(&y.weights);
         columns.map(|((&g, &next), &b)| b * (((g - next) / eps).wide().exp() - 1.0).abs()).sum()
     }
-}
-
-fn prices<T: Real>(targets: &Side<T>, potential: &[T], eps: T) -> Prices<T> {
-    Prices::new(&targets.cloud, |slot| -(eps * targets.log_weights[slot] + potential[slot]))
 }
 
 fn mean<T: Real>(old: &Potentials<T>, new: &Potentials<T>) -> Potentials<T> {
