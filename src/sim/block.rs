@@ -3,12 +3,19 @@
 //! A block is 24 fields of 16 lanes; these helpers name the vector and matrix fields. Imports lanes.
 
 use super::lanes::{LANES, Lanes, M3};
-use super::particles::BLOCK;
+use super::particles::{ANCHORS, BLOCK};
 
 /// Three consecutive fields.
 #[inline(always)]
 pub fn load3<L: Lanes>(block: &[L::Real; BLOCK], field: usize) -> [L; 3] {
     let at = |k: usize| L::load(&block[(field + k) * LANES..(field + k + 1) * LANES]);
+    [at(0), at(1), at(2)]
+}
+
+/// The anchors of a block's particles.
+#[inline(always)]
+pub fn load_anchors<L: Lanes>(anchors: &[L::Real; ANCHORS]) -> [L; 3] {
+    let at = |k: usize| L::load(&anchors[k * LANES..(k + 1) * LANES]);
     [at(0), at(1), at(2)]
 }
 

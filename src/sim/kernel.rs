@@ -1,7 +1,7 @@
 //! Quadratic B-spline weights, and the turn between lanes and particles.
 //!
-//! Positions of a block come in; for each particle its base cell, its nine weights and their derivatives
-//! go out (Steffen et al. 2008). Imports lanes.
+//! Positions of a block come in, measured from the particles' anchors; for each particle its base cell, its nine
+//! weights and their derivatives go out (Steffen et al. 2008). Imports lanes.
 
 use super::lanes::{LANES, Lanes, Real};
 
@@ -44,17 +44,19 @@ pub fn cell<T: Real>(row: &[T; LANES]) -> [i32; 3] {
     [row[3].to_f64() as i32, row[7].to_f64() as i32, row[12].to_f64() as i32]
 }
 
-/// Base cells (`trunc(x/dx - 0.5)`) and weights `(1.5-f)^2/2, 3/4-(f-1)^2, (f-0.5)^2/2` on each axis.
+/// Base cells (`trunc(x/dx - 0.5)`) and weights `(1.5-f)^2/2, 3/4-(f-1)^2, (f-0.5)^2/2` on each axis. `x` is in
+/// cells from the node `anchors`.
 #[inline(always)]
-pub fn weights<L: Lanes>(nodes: usize, x: &[L; 3]) -> Weights<L> {
-    let (scale, half) = (L::constant(nodes as f64), L::constant(0.5));
+pub fn weights<L: Lanes>(anchors: &[L; 3], x: &[L; 3]) -> Weights<L> {
+    let half = L::constant(0.5);
     let zero = L::constant(0.0);
     let mut m = [zero; LANES];
     let mut f = *x;
     for axis in 0..3 {
-        let cells = x[axis] * scale;
-        let base = (cells - half).floor().max(zero);
-        f[axis] = cells - base;
+        // The base cell counted from the anchor: small integers, so that f is exact.
+        let from_anchor = (x[axis] - half).floor().max(-anchors[axis]);
+        let base = anchors[axis] + from_anchor;
+        f[axis] = x[axis] - from_anchor;
         let (q, s, w) = (L::constant(1.5) - f[axis], f[axis] - L::constant(1.0), f[axis] - half);
         m[4 * axis] = half * q * q;
         m[4 * axis + 1] = L::constant(0.75) - s * s;
@@ -81,12 +83,14 @@ mod tests {
     use super::super::lanes::{Kernel, SimdLevel};
     use super::*;
 
+    /// Weights at this coordinate of a grid of 64 nodes.
     struct WeightsOf(f64);
     impl Kernel<f64> for WeightsOf {
         type Output = ([f64; LANES], [f64; LANES]);
         #[inline(always)]
         fn run<L: Lanes<Real = f64>>(self) -> Self::Output {
-            let w = weights(64, &[L::constant(self.0); 3]);
+            let anchor = (self.0 * 64.0).round();
+            let w = weights(&[L::constant(anchor); 3], &[L::constant(self.0 * 64.0 - anchor); 3]);
             (w.rows[3], weight_derivatives(&w.f)[3])
         }
     }

@@ -3,13 +3,13 @@
 //! A part's particles come in; their mass and momentum on the part's nodes and their new deformation go
 //! out (MLS-MPM, Hu et al. 2018, with APIC's affine matrix, Jiang et al. 2015). Imports the transfers.
 
-use super::block::{load_m3, load3, store_m3, store3};
+use super::block::{load_anchors, load_m3, load3, store_m3, store3};
 use super::constitutive::{inverted, trial, trial_adj, update, update_adj};
 use super::kernel::{ParticleRows, Weights, to_lanes, to_particles, weight_derivatives, weights};
 use super::lanes::{Kernel, LANES, Lanes, M3, Real, splat_m3};
 use super::layout::{Layout, Part};
 use super::params::Params;
-use super::particles::{BLOCK, C, F, V, X};
+use super::particles::{ANCHORS, BLOCK, C, F, V, X};
 use super::transfer::{Gather, Scatter};
 
 /// How a part's P2G ended.
@@ -30,6 +30,8 @@ pub struct ParticlesToGrid<'a, T> {
     pub part: &'a Part,
     /// All packed particles at the substep's start.
     pub state: &'a [T],
+    /// The nodes that their positions are measured from.
+    pub anchors: &'a [T],
     /// The part's particles at its end: receives the new F.
     pub next: &'a mut [T],
     /// The part's nodes: momentum and mass.
@@ -95,8 +97,9 @@ impl<T: Real> Kernel<T> for ParticlesToGrid<'_, T> {
         self.grid.fill(T::default());
         let mut scatter = Scatter::<L>::new(self.layout, self.part, self.grid);
         let blocks = &self.state.as_chunks::<BLOCK>().0[self.part.blocks.clone()];
+        let anchors = &self.anchors.as_chunks::<ANCHORS>().0[self.part.blocks.clone()];
         let next = self.next.as_chunks_mut::<BLOCK>().0;
-        for (k, (block, next)) in blocks.iter().zip(next).enumerate() {
+        for (k, ((block, anchors), next)) in blocks.iter().zip(anchors).zip(next).enumerate() {
             let b = self.part.blocks.start + k;
             let count = particles_in(self.layout, b);
             let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
@@ -107,7 +110,7 @@ impl<T: Real> Kernel<T> for ParticlesToGrid<'_, T> {
                 return Outcome::BadDeformation { slot: b * LANES + bad.trailing_zeros() as usize };
             }
             store_m3(next, F, &up.f_new);
-            let w = weights(params.nodes, &x);
+            let w = weights(&load_anchors(anchors), &x);
             let a = affine(params, &up.tau, &c);
             let q = contribution(L::constant(params.particle_mass()), &v, &a, &w.f);
             for lane in 0..count {
@@ -126,8 +129,9 @@ pub struct ParticlesToGridAdj<'a, T> {
     pub params: &'a Params,
     pub layout: &'a Layout,
     pub part: &'a Part,
-    /// All packed particles at the substep's start.
+    /// All packed particles at the substep's start, and their anchors.
     pub state: &'a [T],
+    pub anchors: &'a [T],
     /// Adjoint of momentum and mass, all nodes.
     pub grid_adj: &'a [T],
     /// The part's particles. In: the adjoint of the new F, and in x what came through G2P. Out: the
@@ -144,14 +148,15 @@ impl<T: Real> Kernel<T> for ParticlesToGridAdj<'_, T> {
         let mass = L::constant(params.particle_mass());
         let mut gather = Gather::<L>::new(self.layout, self.part, self.grid_adj);
         let blocks = &self.state.as_chunks::<BLOCK>().0[self.part.blocks.clone()];
+        let anchors = &self.anchors.as_chunks::<ANCHORS>().0[self.part.blocks.clone()];
         let adj = self.adj.as_chunks_mut::<BLOCK>().0;
-        for (k, (block, adj)) in blocks.iter().zip(adj).enumerate() {
+        for (k, ((block, anchors), adj)) in blocks.iter().zip(anchors).zip(adj).enumerate() {
             let count = particles_in(self.layout, self.part.blocks.start + k);
             let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
             let (c, f) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
             let up = update(params, trial(params.dt, &c, &f));
             let a = affine(params, &up.tau, &c);
-            let w = weights(params.nodes, &x);
+            let w = weights(&load_anchors(anchors), &x);
             let q = contribution(mass, &v, &a, &w.f);
 
             let (v_adj, a_adj, x_adj) = scatter_adj(&mut gather, &w, &q, &a, count);
@@ -159,13 +164,12 @@ impl<T: Real> Kernel<T> for ParticlesToGridAdj<'_, T> {
             let f_trial_adj = update_adj(params, &up, &load_m3(adj, F), &tau_adj);
             let (c_trial_adj, f_adj) = trial_adj(params.dt, &c, &f, &f_trial_adj);
 
-            let cells = L::constant(params.nodes as f64);
             let through_g2p = load3::<L>(adj, X);
             let mut x_total = x_adj;
             let mut v_total = v_adj;
             let mut c_total = c_adj;
             for i in 0..3 {
-                x_total[i] = x_adj[i].mul_add(cells, through_g2p[i]);
+                x_total[i] = x_adj[i] + through_g2p[i];
                 v_total[i] = mass * v_adj[i];
                 for j in 0..3 {
                     c_total[i][j] = c_adj[i][j] + c_trial_adj[i][j];

@@ -121,9 +121,15 @@ impl Params {
         -self.dt * self.particle_volume() * 4.0 / (self.dx() * self.dx())
     }
 
+    /// Lowest and highest coordinate a particle may have, in cells.
+    pub fn cell_bounds(&self) -> (f64, f64) {
+        (self.lower_bound, (self.nodes - WALL_NODES) as f64)
+    }
+
     /// Lowest and highest coordinate a particle may have, m.
     pub fn position_bounds(&self) -> (f64, f64) {
-        (self.lower_bound * self.dx(), 1.0 - 3.0 * self.dx())
+        let (lo, hi) = self.cell_bounds();
+        (lo * self.dx(), hi * self.dx())
     }
 
     /// Where dough may be: [`WALL_NODES`] cells from the walls and the ceiling. Below, it is the height to

@@ -10,9 +10,7 @@ use super::grid::PARTS_MAX;
 use super::lanes::{Real, SimdLevel};
 use super::layout::Layout;
 use super::params::Params;
-use super::particles::{
-    BLOCK, C, F, ParticleState, V, X, blocks_for, index, pack, permute, permute_adj, unpack,
-};
+use super::particles::{C, F, Packed, ParticleState, V, X, index, pack_adj, permute_adj};
 use super::substep::{Substep, SubstepAdj, Workspace};
 use super::tool::path::ToolPath;
 use super::tool::{PoseAdj, Tool, ToolPose};
@@ -78,7 +76,7 @@ pub struct Simulator<T: Real> {
     /// Substeps of an epoch that is not kept.
     scratch: Trace<T>,
     /// Packed state at the end of the rollout so far.
-    end: Vec<T>,
+    end: Packed<T>,
     workspace: Workspace<T>,
 }
 
@@ -100,7 +98,7 @@ impl<T: Real> Simulator<T> {
             epochs: Vec::new(),
             used: 0,
             scratch: Trace::default(),
-            end: Vec::new(),
+            end: Packed::default(),
             workspace: Workspace::default(),
         }
     }
@@ -138,10 +136,8 @@ impl<T: Real> Simulator<T> {
         self.steps = actions.len();
         self.used = 0;
         self.path = ToolPath::new(&self.tools, self.params.substeps, poses, actions);
-        let identity: Vec<u32> = (0..start.len() as u32).collect();
-        self.end.resize(blocks_for(start.len()) * BLOCK, T::default());
-        pack(start, &identity, &mut self.end);
-        let mut ids = identity;
+        self.end.pack(start, self.params.nodes);
+        let mut ids: Vec<u32> = (0..start.len() as u32).collect();
         let mut memory = self.options.memory_limit;
         let substeps = self.params.substeps;
         for step in 0..self.steps {
@@ -234,8 +230,8 @@ impl<T: Real> Simulator<T> {
         epoch.first = first;
         epoch.count = 0;
         epoch.kept = true;
-        epoch.start.resize(self.end.len(), T::default());
-        permute(&self.end, &from_slot, &mut epoch.start);
+        epoch.start.take_sorted(&self.end, &from_slot);
+        self.end.anchors.clone_from(&epoch.start.anchors);
         epoch.ids = ids.clone();
         epoch.from_slot = from_slot;
         epoch.layout = layout;
@@ -259,7 +255,7 @@ impl<T: Real> Simulator<T> {
             if kept { std::mem::take(&mut epoch.trace) } else { std::mem::take(&mut self.scratch) };
         let outcome = self.run_substeps(&mut epoch, &mut trace, wanted);
         if outcome.is_ok() {
-            self.end.copy_from_slice(&trace.states[epoch.count]);
+            self.end.fields.copy_from_slice(&trace.states[epoch.count]);
         }
         if kept {
             epoch.trace = trace;
@@ -279,7 +275,7 @@ impl<T: Real> Simulator<T> {
         wanted: usize,
     ) -> Result<(), SimError> {
         trace.resize(wanted, self.particles, epoch.layout.len);
-        trace.states[0].copy_from_slice(&epoch.start);
+        trace.states[0].copy_from_slice(&epoch.start.fields);
         let mut workspace = std::mem::take(&mut self.workspace);
         let outcome = self.on_threads(|| {
             for k in 0..wanted {
@@ -289,6 +285,7 @@ impl<T: Real> Simulator<T> {
                     .substep(&epoch.layout, t)
                     .run(
                         &before[k],
+                        &epoch.start.anchors,
                         &mut after[0],
                         &mut trace.momentum[k],
                         &mut trace.velocity[k],
@@ -318,7 +315,7 @@ impl<T: Real> Simulator<T> {
         let width: usize = self.tools.iter().map(Tool::action_len).sum();
         let mut actions_adj = vec![vec![0.0; width]; self.steps];
         let mut poses_adj = vec![PoseAdj::default(); self.tools.len()];
-        let mut adj = vec![T::default(); self.end.len()];
+        let mut adj = vec![T::default(); self.end.fields.len()];
         let mut before = adj.clone();
         let substeps = self.params.substeps;
         let mut workspace = std::mem::take(&mut self.workspace);
@@ -333,6 +330,7 @@ impl<T: Real> Simulator<T> {
                         substep: self.substep(&epoch.layout, t),
                         state: &trace.states[k],
                         next: &trace.states[k + 1],
+                        anchors: &epoch.start.anchors,
                         momentum: &trace.momentum[k],
                         velocity: &trace.velocity[k],
                     };
@@ -343,7 +341,8 @@ impl<T: Real> Simulator<T> {
                 }
             });
             if epoch.first.is_multiple_of(substeps) {
-                add_seed(seeds.get(epoch.first / substeps), &epoch.ids, &mut adj, &mut poses_adj);
+                let seed = seeds.get(epoch.first / substeps);
+                add_seed(seed, self.params.dx(), &epoch.ids, &mut adj, &mut poses_adj);
             }
             permute_adj(&epoch.from_slot, &adj, &mut before);
             std::mem::swap(&mut adj, &mut before);
@@ -354,7 +353,7 @@ impl<T: Real> Simulator<T> {
         Ok(RolloutGradient {
             actions: actions_adj,
             start_poses: poses_adj,
-            start_state: unpack(&adj, &identity),
+            start_state: pack_adj(&adj, self.params.nodes, &identity),
         })
     }
 
@@ -408,7 +407,8 @@ impl<T: Real> Simulator<T> {
         let epoch = self.epoch_at(step);
         let mut x = vec![[0.0; 3]; self.particles];
         for (slot, &id) in epoch.ids.iter().enumerate() {
-            x[id as usize] = std::array::from_fn(|a| epoch.start[index(slot, X + a)].to_f64());
+            x[id as usize] =
+                std::array::from_fn(|axis| epoch.start.cells(slot, axis) / self.params.nodes as f64);
         }
         x
     }
@@ -419,7 +419,7 @@ impl<T: Real> Simulator<T> {
     /// If the last rollout was shorter.
     pub fn state(&self, step: usize) -> ParticleState {
         let epoch = self.epoch_at(step);
-        unpack(&epoch.start, &epoch.ids)
+        epoch.start.unpack(self.params.nodes, &epoch.ids)
     }
 
     /// The tools' poses at the end of control step `step` (0: the start).
@@ -436,8 +436,14 @@ impl<T: Real> Simulator<T> {
     }
 }
 
-/// Adds a seed to the adjoints at the epoch's start.
-fn add_seed<T: Real>(seed: Option<&StepSeed>, ids: &[u32], adj: &mut [T], poses_adj: &mut [PoseAdj]) {
+/// Adds a seed to the adjoints at the epoch's start; positions are packed in cells of size `dx`.
+fn add_seed<T: Real>(
+    seed: Option<&StepSeed>,
+    dx: f64,
+    ids: &[u32],
+    adj: &mut [T],
+    poses_adj: &mut [PoseAdj],
+) {
     let Some(seed) = seed else { return };
     let mut add = |field: usize, slot: usize, values: &[f64]| {
         for (k, v) in values.iter().enumerate() {
@@ -447,7 +453,7 @@ fn add_seed<T: Real>(seed: Option<&StepSeed>, ids: &[u32], adj: &mut [T], poses_
     for (slot, &id) in ids.iter().enumerate() {
         let id = id as usize;
         // An empty vector has no entry: zeros.
-        seed.positions.get(id).into_iter().for_each(|v| add(X, slot, v));
+        seed.positions.get(id).into_iter().for_each(|v| add(X, slot, &v.map(|d| d * dx)));
         seed.velocities.get(id).into_iter().for_each(|v| add(V, slot, v));
         seed.affine.get(id).into_iter().for_each(|v| add(C, slot, v));
         seed.deformation.get(id).into_iter().for_each(|v| add(F, slot, v));

@@ -94,11 +94,12 @@ fn cut<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut
 }
 
 impl Substep<'_> {
-    /// Runs the substep from `state` to `next`; `momentum` and `velocity` receive the grid before and after
+    /// Runs the substep from `state` to `next`, both measured from `anchors`; `momentum` and `velocity` receive the grid before and after
     /// its update. Returns false, with nothing to be used, if a particle has left the layout.
     pub fn run<T: Real>(
         &self,
         state: &[T],
+        anchors: &[T],
         next: &mut [T],
         momentum: &mut [T],
         velocity: &mut [T],
@@ -106,11 +107,11 @@ impl Substep<'_> {
     ) -> Result<bool, Fault> {
         workspace.fit(self.layout);
         let contacts = contacts(self.params, self.tools, self.start, self.end);
-        if !self.particles_to_grid(state, next, &mut workspace.shares)? {
+        if !self.particles_to_grid(state, anchors, next, &mut workspace.shares)? {
             return Ok(false);
         }
         self.update_grid(&contacts, &workspace.shares, momentum, velocity);
-        self.grid_to_particles(state, velocity, next)?;
+        self.grid_to_particles(state, anchors, velocity, next)?;
         Ok(true)
     }
 
@@ -131,6 +132,7 @@ impl Substep<'_> {
     fn particles_to_grid<T: Real>(
         &self,
         state: &[T],
+        anchors: &[T],
         next: &mut [T],
         shares: &mut [Vec<T>],
     ) -> Result<bool, Fault> {
@@ -142,6 +144,7 @@ impl Substep<'_> {
                 layout: self.layout,
                 part,
                 state,
+                anchors,
                 next,
                 grid,
             })
@@ -175,7 +178,13 @@ impl Substep<'_> {
         });
     }
 
-    fn grid_to_particles<T: Real>(&self, state: &[T], velocity: &[T], next: &mut [T]) -> Result<(), Fault> {
+    fn grid_to_particles<T: Real>(
+        &self,
+        state: &[T],
+        anchors: &[T],
+        velocity: &[T],
+        next: &mut [T],
+    ) -> Result<(), Fault> {
         let next = cut(next, self.block_lengths());
         let items = self.layout.parts.iter().zip(next).collect();
         let bad = over_parts(self.parallel, items, |(part, next)| {
@@ -184,6 +193,7 @@ impl Substep<'_> {
                 layout: self.layout,
                 part,
                 state,
+                anchors,
                 velocity,
                 next,
             })
@@ -198,9 +208,10 @@ impl Substep<'_> {
 /// The backward pass of one substep.
 pub struct SubstepAdj<'a, T> {
     pub substep: Substep<'a>,
-    /// Packed states at its start and end, and the grid before and after its update.
+    /// Packed states at its start and end, their anchors, and the grid before and after its update.
     pub state: &'a [T],
     pub next: &'a [T],
+    pub anchors: &'a [T],
     pub momentum: &'a [T],
     pub velocity: &'a [T],
 }
@@ -229,6 +240,7 @@ impl<T: Real> SubstepAdj<'_, T> {
                 part,
                 state: self.state,
                 next: self.next,
+                anchors: self.anchors,
                 velocity: self.velocity,
                 adj,
                 grid_adj,
@@ -271,6 +283,7 @@ impl<T: Real> SubstepAdj<'_, T> {
                 layout: s.layout,
                 part,
                 state: self.state,
+                anchors: self.anchors,
                 grid_adj,
                 adj,
             });
