@@ -132,8 +132,7 @@ impl<T: Real> Kernel<T> for GridToParticlesAdj<'_, T> {
         let next = &self.next.as_chunks::<BLOCK>().0[range.clone()];
         let anchors = &self.anchors.as_chunks::<ANCHORS>().0[range.clone()];
         let adj = self.adj.as_chunks_mut::<BLOCK>().0;
-        for (k, (((block, next), anchors), adj)) in
-            blocks.iter().zip(next).zip(anchors).zip(adj).enumerate()
+        for (k, (((block, next), anchors), adj)) in blocks.iter().zip(next).zip(anchors).zip(adj).enumerate()
         {
             let anchors = load_anchors::<L>(anchors);
             let count = particles_in(self.layout, range.start + k);

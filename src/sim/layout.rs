@@ -230,8 +230,7 @@ mod tests {
         let (layout, sorted) = layout(3000);
         for part in &layout.parts {
             for slot in part.blocks.start * LANES..(part.blocks.end * LANES).min(3000) {
-                let cell: [i32; 3] =
-                    std::array::from_fn(|a| (sorted.cells(slot, a) - 0.5) as i32);
+                let cell: [i32; 3] = std::array::from_fn(|a| (sorted.cells(slot, a) - 0.5) as i32);
                 for drift in [[0, 0, 0], [1, 0, 0], [0, -1, 0], [-1, 1, 1]] {
                     let moved = std::array::from_fn(|a| cell[a] + drift[a]);
                     let rows = layout.stencil(part, moved).expect("within the margin");

@@ -103,13 +103,13 @@ impl<T: Real> Kernel<T> for ParticlesToGrid<'_, T> {
             let b = self.part.blocks.start + k;
             let count = particles_in(self.layout, b);
             let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
-            let (c, f) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
-            let up = update(params, trial(params.dt, &c, &f));
-            let bad = inverted(&up.f_trial);
+            let (c, h) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
+            let up = update(params, trial(params.dt, &c, &h));
+            let bad = inverted(&up.h_trial);
             if bad != 0 && bad.trailing_zeros() < count as u32 {
                 return Outcome::BadDeformation { slot: b * LANES + bad.trailing_zeros() as usize };
             }
-            store_m3(next, F, &up.f_new);
+            store_m3(next, F, &up.h_new);
             let w = weights(&load_anchors(anchors), &x);
             let a = affine(params, &up.tau, &c);
             let q = contribution(L::constant(params.particle_mass()), &v, &a, &w.f);
@@ -153,8 +153,8 @@ impl<T: Real> Kernel<T> for ParticlesToGridAdj<'_, T> {
         for (k, ((block, anchors), adj)) in blocks.iter().zip(anchors).zip(adj).enumerate() {
             let count = particles_in(self.layout, self.part.blocks.start + k);
             let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
-            let (c, f) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
-            let up = update(params, trial(params.dt, &c, &f));
+            let (c, h) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
+            let up = update(params, trial(params.dt, &c, &h));
             let a = affine(params, &up.tau, &c);
             let w = weights(&load_anchors(anchors), &x);
             let q = contribution(mass, &v, &a, &w.f);
@@ -162,7 +162,7 @@ impl<T: Real> Kernel<T> for ParticlesToGridAdj<'_, T> {
             let (v_adj, a_adj, x_adj) = scatter_adj(&mut gather, &w, &q, &a, count);
             let (tau_adj, c_adj) = affine_adj(params, &a_adj);
             let f_trial_adj = update_adj(params, &up, &load_m3(adj, F), &tau_adj);
-            let (c_trial_adj, f_adj) = trial_adj(params.dt, &c, &f, &f_trial_adj);
+            let (c_trial_adj, f_adj) = trial_adj(params.dt, &c, &h, &f_trial_adj);
 
             let through_g2p = load3::<L>(adj, X);
             let mut x_total = x_adj;

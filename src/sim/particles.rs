@@ -7,7 +7,8 @@
 //! last sorted. A step of dt v is some 1e-5 m; added to a coordinate of 0.5 m in f32 it would be rounded to
 //! 6e-8 m, 800 times in a horizon of 40 control steps, and the gradient would feel it (GUIDE, "Precision").
 //! Within a cell of the anchor the rounding is 32 times finer or better, and no weight loses digits to a
-//! difference of large numbers.
+//! difference of large numbers. For the same reason a packed deformation gradient is F - I
+//! ([`constitutive`](super::constitutive)).
 
 use super::lanes::{LANES, Real};
 use crate::math::cloud::Point;
@@ -20,7 +21,7 @@ pub const X: usize = 0;
 pub const V: usize = 3;
 /// .. of the affine matrix, row-major.
 pub const C: usize = 6;
-/// .. of the deformation gradient, row-major.
+/// .. of the deformation gradient less the identity, F - I, row-major.
 pub const F: usize = 15;
 /// Numbers in a packed block.
 pub const BLOCK: usize = FIELDS * LANES;
@@ -124,10 +125,9 @@ impl<T: Real> Packed<T> {
     fn fit(&mut self, n: usize) {
         self.fields.resize(blocks_for(n) * BLOCK, T::default());
         self.anchors.resize(blocks_for(n) * ANCHORS, T::default());
-        let idle = ParticleState::at_rest(vec![[0.0; 3]]).fields(0);
         for slot in n..blocks_for(n) * LANES {
-            for (field, v) in idle.into_iter().enumerate() {
-                self.fields[index(slot, field)] = T::from_f64(v);
+            for field in 0..FIELDS {
+                self.fields[index(slot, field)] = T::default();
             }
             for axis in 0..3 {
                 self.anchors[anchor_index(slot, axis)] = T::default();
@@ -139,7 +139,9 @@ impl<T: Real> Packed<T> {
     pub fn pack(&mut self, state: &ParticleState, nodes: usize) {
         self.fit(state.len());
         for slot in 0..state.len() {
-            for (field, v) in state.fields(slot).into_iter().enumerate() {
+            let mut fields = state.fields(slot);
+            fields[F..].iter_mut().zip(IDENTITY).for_each(|(f, one)| *f -= one);
+            for (field, v) in fields.into_iter().enumerate() {
                 self.fields[index(slot, field)] = T::from_f64(v);
             }
             for axis in 0..3 {
@@ -161,7 +163,9 @@ impl<T: Real> Packed<T> {
     pub fn unpack(&self, nodes: usize, ids: &[u32]) -> ParticleState {
         let mut state = unpack_fields(&self.fields, ids);
         for (slot, &i) in ids.iter().enumerate() {
-            state.x[i as usize] = std::array::from_fn(|axis| self.cells(slot, axis) / nodes as f64);
+            let i = i as usize;
+            state.x[i] = std::array::from_fn(|axis| self.cells(slot, axis) / nodes as f64);
+            state.f[i].iter_mut().zip(IDENTITY).for_each(|(f, one)| *f += one);
         }
         state
     }

@@ -3,8 +3,29 @@
 //! Stress and return mapping of an isotropic material are functions of b = F F^T alone, so no SVD of F is
 //! needed: F's left singular vectors are b's eigenvectors, its singular values the square roots of b's
 //! eigenvalues. Lanes in, lanes out; imports lanes.
+//!
+//! ```text
+//! b = F F^T = U diag(q^2) U^T,      ln q_i = ln(q_i^2) / 2
+//! G(b) = U diag(g_1, g_2, g_3) U^T  an isotropic function: g_i depends on the eigenvalues of b alone
+//! ```
+//!
+//! *Eigenvectors* come from cyclic Jacobi rotations (Golub and Van Loan, section 8.5): each turns one pair of axes so that
+//! the entry between them vanishes, with `t = tan` of the angle the smaller root of
+//! `t^2 + t (a_qq - a_pp) / a_pq - 1 = 0`. A sweep over the three pairs roughly squares what is left off the diagonal. It
+//! has no branches, which suits lanes, and a U that is orthogonal to rounding also where eigenvalues coincide.
+//!
+//! *The derivative* of G (Daleckii and Krein), in the basis U, for a change `B` of b:
+//!
+//! ```text
+//! dG_ii = sum_j (dg_i / d q_j^2) B_jj
+//! dG_ij = (g_i - g_j) / (q_i^2 - q_j^2) B_ij      i /= j
+//! ```
+//!
+//! U itself is not differentiated: where eigenvalues coincide it has no derivative, but the quotient has a limit, and
+//! [`constitutive`](super::constitutive) writes it so that nothing cancels. The adjoint of a symmetric G
+//! is the same with the roles of dG and B exchanged.
 
-use super::lanes::{Lanes, M3, congruence, identity, ln, mul, mul_t};
+use super::lanes::{Lanes, M3, congruence, identity, ln_1p, mul, mul_t};
 
 /// Eigen-decomposition of b = F F^T, sixteen at once.
 #[derive(Clone, Copy)]
@@ -17,13 +38,18 @@ pub struct Spectrum<L> {
 
 /// Sweeps of cyclic Jacobi rotations; each squares the off-diagonal part.
 const SWEEPS: (usize, usize) = (4, 7);
-/// Smallest eigenvalue that is told from zero.
-const EIGENVALUE_MIN: f64 = 1e-30;
 
-/// The spectrum of `f f^T`, by cyclic Jacobi rotations (Golub and Van Loan, section 8.5).
+/// The spectrum of `b = F F^T` with F = I + H, by cyclic Jacobi rotations (Golub and Van Loan, section 8.5) of
+/// `b - I = H + H^T + H H^T`: b has the same eigenvectors, and strains of dough are a few hundredths, of which
+/// b itself would have lost the last digits to the 1.
 #[inline(always)]
-pub fn spectrum<L: Lanes>(f: &M3<L>) -> Spectrum<L> {
-    let mut a = mul_t(f, f);
+pub fn spectrum<L: Lanes>(h: &M3<L>) -> Spectrum<L> {
+    let mut a = mul_t(h, h);
+    for i in 0..3 {
+        for j in i..3 {
+            a[i][j] = a[i][j] + (h[i][j] + h[j][i]);
+        }
+    }
     let mut u = identity::<L>();
     let sweeps = if size_of::<L::Real>() == 4 { SWEEPS.0 } else { SWEEPS.1 };
     for _ in 0..sweeps {
@@ -32,8 +58,7 @@ pub fn spectrum<L: Lanes>(f: &M3<L>) -> Spectrum<L> {
         rotate(&mut a, &mut u, 1, 2, 0);
     }
     let half = L::constant(0.5);
-    let tiny = L::constant(EIGENVALUE_MIN);
-    let log = [half * ln(a[0][0].max(tiny)), half * ln(a[1][1].max(tiny)), half * ln(a[2][2].max(tiny))];
+    let log = [half * ln_1p(a[0][0]), half * ln_1p(a[1][1]), half * ln_1p(a[2][2])];
     Spectrum { u, log }
 }
 
