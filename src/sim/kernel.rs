@@ -1,5 +1,25 @@
 //! Quadratic B-spline weights, and the turn between lanes and particles.
 //!
+//! A particle at x acts on the 3 x 3 x 3 nodes around it. On each axis, with the coordinate measured in cells,
+//!
+//! ```text
+//! base = floor(x / dx - 1/2)              the lowest of the three nodes
+//! f    = x / dx - base                    in [1/2, 3/2)
+//! w_0  = (3/2 - f)^2 / 2                  w_0' = f - 3/2
+//! w_1  = 3/4 - (f - 1)^2                  w_1' = 2 - 2 f
+//! w_2  = (f - 1/2)^2 / 2                  w_2' = f - 1/2
+//! ```
+//!
+//! and a node's weight is the product over the axes (B-splines). The weights are positive, continuous with their
+//! first derivatives as a particle changes cells, and have the moments
+//!
+//! ```text
+//! sum_k w_k = 1,   sum_k w_k k = f,   sum_k w_k (k - f)^2 = 1/4
+//! ```
+//!
+//! The first makes transfers keep mass and momentum, the second lets a linear velocity field pass unchanged, the
+//! third is the `dx^2 / 4` whose inverse stands in MLS-MPM's affine matrices. `w'` is by f; by x it is `w' / dx`.
+//!
 //! Positions of a block come in, measured from the particles' anchors; for each particle its base cell, its nine
 //! weights and their derivatives go out (Steffen et al. 2008). Imports lanes.
 

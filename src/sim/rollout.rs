@@ -3,6 +3,27 @@
 //! [`Simulator::rollout`] runs the substeps and keeps what the backward pass needs;
 //! [`Simulator::rollout_adj`] takes the loss's derivatives at the ends of control steps and returns the
 //! gradient. Everything is allocated once and reused. Imports the rest of sim.
+//!
+//! With s_t the state and P_t the tools' poses at the start of substep t, N substeps to a control step and S control
+//! steps, a rollout is
+//!
+//! ```text
+//! P_{t+1} = advance(P_t, a_k)                for k = floor(t / N)        tool::path
+//! s_{t+1} = substep(s_t, P_t, P_{t+1})                                  substep
+//! L       = L(s_0, s_N, s_2N, .., s_SN; P_0, P_N, ..)                   any loss of the ends of control steps
+//! ```
+//!
+//! and its gradient, for t from SN - 1 down to 0 (reverse accumulation; Griewank and Walther, chapter 3):
+//!
+//! ```text
+//! s_adj <- dL/ds_SN                          the loss's own derivatives, called seeds
+//! (s_adj, P_t_adj, P_{t+1}_adj) <- substep_adj(s_t, s_adj),   P_adj carried back by advance_adj, which adds to a_k_adj
+//! s_adj += dL/ds_t                           where t is the start of a control step
+//! ```
+//!
+//! `substep_adj` needs s_t. All SN states are kept while they fit into the memory limit; control steps
+//! beyond it keep their first state alone, and run again before their adjoint (checkpointing with one level; Griewank
+//! and Walther, chapter 12). That adds one forward pass to what was about four, and changes no bit.
 
 use super::epoch::{Epoch, Trace};
 use super::error::{Operation, SimError};
