@@ -43,3 +43,46 @@ fn what_cannot_be_checked_is_an_error() {
     assert_eq!(code, 2);
     assert!(error.starts_with("error: "), "{error}");
 }
+
+#[test]
+#[ignore = "takes half an hour: cargo test --release --test gradcheck_command -- --ignored"]
+fn a_hundred_entries_of_every_tool_over_sixty_control_steps() {
+    let task = "tests/data/every-tool.toml";
+    let arguments = ["--task", task, "--steps", "60", "--particles", "300", "--json"];
+    let (code, text, _) = gradcheck(&arguments);
+    let rows: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let rows = rows.as_array().unwrap();
+    assert_eq!((code, rows.len()), (0, 8), "{text}");
+    for row in rows {
+        let unconverged = row["unconverged"].as_array().unwrap().len() as u64;
+        let judged = row["entries"].as_u64().unwrap() - row["idle"].as_u64().unwrap() - unconverged;
+        assert_eq!(row["entries"], 100, "{row}");
+        assert!(judged >= 50, "{row}");
+    }
+}
+
+/// A scene of a substep five times too long, with the arrays of the knife's.
+fn unstable_scene(folder: &std::path::Path) -> String {
+    let text = std::fs::read_to_string(KNIFE).unwrap().replace("\"dt\": 0.0001", "\"dt\": 0.0005");
+    let path = folder.join("scene.json");
+    std::fs::write(&path, text).unwrap();
+    std::fs::copy(KNIFE.replace(".json", ".npz"), folder.join("scene.npz")).unwrap();
+    path.to_str().unwrap().to_string()
+}
+
+#[test]
+fn a_scene_beyond_the_stability_bound_gets_a_warning_with_the_number_and_the_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = unstable_scene(folder.path());
+    let out = folder.path().join("out.npz");
+    for arguments in [
+        vec!["simulate", &scene, "--out", out.to_str().unwrap()],
+        vec!["gradcheck", "--scene", &scene, "--entries", "1"],
+    ] {
+        let output = Command::cargo_bin("donut").unwrap().args(&arguments).output().unwrap();
+        let errors = String::from_utf8(output.stderr).unwrap();
+        let warning = errors.lines().next().unwrap_or_default();
+        assert!(warning.starts_with("warning: ") && warning.contains("2.33 grid cells"), "{errors}");
+        assert!(warning.contains("make dt at most 1.94e-4 s"), "{errors}");
+    }
+}

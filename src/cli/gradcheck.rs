@@ -11,6 +11,7 @@ use clap::Args;
 use comfy_table::{Table, presets};
 use serde::Serialize;
 
+use super::warn_if_unstable;
 use crate::sim::gradcheck::{BOUNDS, CONVERGED, Case, HORIZON, STEPS, Summary};
 use crate::store::sim_scene;
 use crate::task::{gradcheck, load_scene};
@@ -30,6 +31,10 @@ pub struct GradcheckArgs {
     /// Random action entries that are tried for each tool; all, if there are fewer.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     entries: u32,
+    /// Control steps of the rollout whose entries are tried, instead of a task's 10 or a scene's own. The actions
+    /// repeat after a task's 40 or a scene's last.
+    #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    steps: Option<u32>,
     /// Particles of a task's dough; a scene brings its own.
     #[arg(long, default_value_t = gradcheck::PARTICLES, value_parser = clap::value_parser!(u32).range(16..=1_000_000))]
     particles: u32,
@@ -52,6 +57,7 @@ struct Row {
     median: Option<f64>,
     percentile_95: Option<f64>,
     single_precision: f64,
+    sensitivity: f64,
     passes: bool,
 }
 
@@ -85,8 +91,14 @@ fn of_scene(path: &std::path::Path, args: &GradcheckArgs) -> Result<Vec<Job>> {
     };
     let names: Vec<String> = scene.tools.iter().map(|t| t.name.clone()).collect();
     let wanted = wanted(args, &names)?;
-    let job =
-        |(index, tool): (usize, String)| Job { tool, index, short: case.clone(), long: case.over(HORIZON) };
+    warn_if_unstable(&path.display().to_string(), &scene.params);
+    let steps = args.steps.map_or(case.actions.len(), |steps| steps as usize);
+    let job = |(index, tool): (usize, String)| Job {
+        tool,
+        index,
+        short: case.over(steps),
+        long: case.over(HORIZON),
+    };
     Ok(names.into_iter().enumerate().filter(|(_, name)| wanted(name)).map(job).collect())
 }
 
@@ -94,7 +106,8 @@ fn of_task(args: &GradcheckArgs) -> Result<Vec<Job>> {
     let scene = load_scene(&args.task)?;
     let names: Vec<String> = scene.tools.iter().map(|t| t.tool.name.clone()).collect();
     let cases = gradcheck::cases(&scene, args.particles as usize, args.seed, wanted(args, &names)?)?;
-    let job = |(tool, long): (String, Case)| Job { tool, index: 0, short: long.over(gradcheck::STEPS), long };
+    let steps = args.steps.map_or(gradcheck::STEPS, |steps| steps as usize);
+    let job = |(tool, long): (String, Case)| Job { tool, index: 0, short: long.over(steps), long };
     Ok(cases.into_iter().map(job).collect())
 }
 
@@ -113,6 +126,7 @@ fn check(job: &Job, args: &GradcheckArgs) -> Result<Row> {
     let at = || format!("the rollout of the {}", job.tool);
     let entries = job.short.entries(job.index, args.entries as usize, args.seed).with_context(at)?;
     let single_precision = job.long.single_precision_error(job.index).with_context(at)?;
+    let sensitivity = job.long.sensitivity(job.index, args.seed).with_context(at)?;
     let summary = Summary::of(&entries);
     Ok(Row {
         tool: job.tool.clone(),
@@ -123,6 +137,7 @@ fn check(job: &Job, args: &GradcheckArgs) -> Result<Row> {
         median: summary.median,
         percentile_95: summary.percentile_95,
         single_precision,
+        sensitivity,
     })
 }
 
@@ -132,7 +147,7 @@ const LISTED: usize = 8;
 fn print_table(rows: &[Row]) {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
-    table.set_header(["tool", "entries", "idle", "not converged", "median", "95th", "f32", ""]);
+    table.set_header(["tool", "entries", "idle", "not converged", "median", "95th", "f32", "start", ""]);
     let figure = |v: Option<f64>| v.map_or("-".to_string(), |v| format!("{v:.1e}"));
     for row in rows {
         table.add_row([
@@ -143,6 +158,7 @@ fn print_table(rows: &[Row]) {
             figure(row.median),
             figure(row.percentile_95),
             figure(Some(row.single_precision)),
+            figure(Some(row.sensitivity)),
             if row.passes { "ok" } else { "FAILED" }.to_string(),
         ]);
     }
@@ -156,6 +172,7 @@ fn print_table(rows: &[Row]) {
         "median, 95th: relative error of the adjoint against central differences of step {coarse:e}, where those\n\
          agree with step {fine:e} to {CONVERGED:e}; they must be below {median:e} and {percentile:e}. idle: entries \
          that\nchange nothing. f32: how far the gradient over {HORIZON} control steps in single precision is from \
-         that in\ndouble, as a share of its norm."
+         that in\ndouble, as a share of its norm. start: how far the latter moves when the start positions do by as \
+         much as\nrounding them to f32 can."
     );
 }

@@ -21,6 +21,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use crate::sim::Params;
+
 /// Plans how to shape dough with tools.
 #[derive(Parser)]
 #[command(version, about, arg_required_else_help = true)]
@@ -40,6 +42,14 @@ enum Command {
     Simulate(simulate::SimulateArgs),
     Gradcheck(gradcheck::GradcheckArgs),
     Bench(bench::BenchArgs),
+}
+
+/// Says on standard error that a scene violates the stability bound. Tasks that do are refused; scenes are
+/// experiments.
+fn warn_if_unstable(file: &str, params: &Params) {
+    if let Some(problem) = params.instability() {
+        eprintln!("warning: {file}: {problem}");
+    }
 }
 
 /// Runs the program; the whole of `main`.

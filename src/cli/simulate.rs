@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 
+use super::warn_if_unstable;
 use crate::math::cloud::Point;
 use crate::sim::lanes::Real;
 use crate::sim::{Options, SimdLevel, Simulator, StepSeed};
@@ -49,6 +50,7 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<ExitCode> {
     if args.gradient && scene.target.is_none() {
         bail!("--gradient needs an array `target` (n, 3) among the scene's arrays");
     }
+    warn_if_unstable(&args.scene.display().to_string(), &scene.params);
     let simd = args.simd.unwrap_or_else(SimdLevel::best);
     if !simd.is_available() {
         bail!("this machine has no {simd:?} instructions; leave --simd away");

@@ -4,13 +4,20 @@
 //! *axes* of its particles, kept for the backward pass. Imports lanes.
 
 use super::lanes::{LANES, Lanes, M3};
-use super::particles::BLOCK;
+use super::particles::{ANCHORS, BLOCK};
 
 /// Three consecutive fields.
 #[inline(always)]
 pub fn load3<L: Lanes>(block: &[L::Real; BLOCK], field: usize) -> [L; 3] {
     let fields = &block.as_chunks::<LANES>().0[field..field + 3];
     [L::load(&fields[0]), L::load(&fields[1]), L::load(&fields[2])]
+}
+
+/// The anchors of a block's particles.
+#[inline(always)]
+pub fn load_anchors<L: Lanes>(anchors: &[L::Real; ANCHORS]) -> [L; 3] {
+    let at = |k: usize| L::load(&anchors[k * LANES..(k + 1) * LANES]);
+    [at(0), at(1), at(2)]
 }
 
 /// Nine consecutive fields, row-major.

@@ -2,6 +2,21 @@
 //!
 //! A grid velocity and its node come in, the velocity that the walls allow goes out (PlasticineLab's
 //! boundary condition). Imports parameters.
+//!
+//! Within three nodes of a wall, axis by axis in the order x, y, z, v being what the axis before left:
+//!
+//! ```text
+//! side walls, ceiling   v_a outward:  v_a <- 0                                slips
+//! floor, mu_g = 0       v_y < 0:      v_y <- 0                                slips
+//! floor, mu_g >= 10     v_y < 0:      v <- 0                                  sticks
+//! floor, otherwise      v_y < 0:      l    = sqrt(v_x^2 + v_z^2 + 1e-8)
+//!                                     keep = max(1 + mu_g v_y / l, 0)         Coulomb
+//!                                     v    <- (keep v_x, 0, keep v_z)
+//! ```
+//!
+//! Coulomb's law for impulses: the floor takes the downward velocity `|v_y|` away, and friction at most mu_g times as much
+//! of the sliding. The constant under the root makes `l` differentiable at rest. The derivatives of the last line,
+//! with `s = v_x x_adj + v_z z_adj`, are `keep x_adj - mu_g v_y s v_x / l^3` for x, the same for z, and `mu_g s / l` for y.
 
 use super::params::Params;
 

@@ -4,41 +4,92 @@
 //! stress, each an isotropic function of the trial's b = F F^T. No SVD: F_new = K F_trial with
 //! `K = U diag(q_i / s_i) U^T`. Derivatives of the isotropic maps are divided differences in closed form,
 //! right also where stretches coincide (as they do at every start, F = I). Lanes throughout.
+//!
+//! ```text
+//! F     = (I + dt C) F_old                          trial (MLS-MPM)
+//! b     = F F^T = U diag(s^2) U^T                   spectral
+//! e     = return_map(ln s)                          plasticity; q = exp(e), the elastic stretches
+//! F_new = K F,  K = U diag(q / s) U^T               K is I where nothing flows
+//! tau   = U diag(tau_1, tau_2, tau_3) U^T           elasticity, of q
+//! ```
+//!
+//! That F_new has the singular values q and tau is the stress of F_new is seen with `F = U diag(s) W^T`:
+//! `K F = U diag(q) W^T`.
+//!
+//! *The adjoint*, with A = dL/dF_new and T = dL/dtau; K_adj and T stand for their symmetric parts in the basis U:
+//!
+//! ```text
+//! K_adj      = A F^T
+//! e_adj_i    = sum_k (d tau_k / d e_i) T_kk + K_adj_ii q_i / s_i [yields]
+//! (ln s)_adj = return_map_adj(e_adj) - K_adj_ii q_i / s_i [yields]
+//! b_adj_ii   = (ln s)_adj_i / (2 s_i^2)
+//! b_adj_ij   = K[i,j] K_adj_ij + tau[i,j] T_ij          divided differences, see below
+//! F_adj      = K^T A + 2 b_adj F
+//! C_adj      = dt F_adj F_old^T,   F_old_adj = (I + dt C)^T F_adj
+//! ```
+//!
+//! where `g[i,j] = (g_i - g_j) / (s_i^2 - s_j^2)`. With `D = ln s_i - ln s_j`, `s_i^2 - s_j^2 = 2 s_i s_j sinh D`, and with
+//! rho the slope of the return mapping, `e_i - e_j = rho D`:
+//!
+//! ```text
+//! q[i,j]   = sqrt(q_i q_j) rho sinhc(rho D / 2) / (2 s_i s_j sinhc D)          sinhc x = sinh(x) / x
+//! K[i,j]   = sqrt(K_i K_j) (rho - 1) sinhc((rho - 1) D / 2) / (2 s_i s_j sinhc D)
+//! tau[i,j] = 2 mu q[i,j] (q_i + q_j - 1)
+//! ```
+//!
+//! None of these divides by D: at D = 0, F = I above all, they are as accurate as anywhere. An adjoint of the singular
+//! vectors would divide by it; clamping the divisor, as is often done, gives finite but wrong gradients.
+//!
+//! A deformation gradient F = I + H is given by its displacement gradient H, and K by K - I: dough yields at strains
+//! of a few hundredths, and what one substep adds is smaller by another two orders. Stored with the 1, each
+//! step would lose those digits; U with its rounding would not even leave an F alone that hardly flows.
 
 use super::elasticity::{self, Principal, stress, stress_adj};
-use super::lanes::{Lanes, M3, det, exp, mul, mul_t, sinhc, t_mul};
+use super::lanes::{Lanes, M3, det, exp_m1, mul, mul_t, sinhc, t_mul};
 use super::params::Params;
 use super::plasticity::{Return, return_map, return_map_adj};
 use super::spectral::{Spectrum, compose, eigenvectors, spectrum};
 
 /// What the constitutive update found for sixteen particles.
 pub struct Update<L: Lanes> {
-    /// `(I + dt C) F`.
-    pub f_trial: M3<L>,
-    /// Deformation gradient after plastic flow.
-    pub f_new: M3<L>,
+    /// Displacement gradient of the trial, `(I + dt C) F - I`.
+    pub h_trial: M3<L>,
+    /// .. after plastic flow.
+    pub h_new: M3<L>,
     /// Kirchhoff stress, Pa.
     pub tau: M3<L>,
     /// Eigen-decomposition of the trial's F F^T.
     pub spectrum: Spectrum<L>,
     ret: Return<L>,
     principal: Principal<L>,
-    /// Eigenvalues of K: what plastic flow multiplies each stretch by.
+    /// Eigenvalues of K - I: K is what plastic flow multiplies each stretch by.
     flow: [L; 3],
 }
 
 /// Index pairs of the off-diagonal entries.
 const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
-/// `(I + dt C) F`.
+/// `(I + dt C) F - I = H + dt (C + C H)`.
 #[inline(always)]
-pub fn trial<L: Lanes>(dt: f64, c: &M3<L>, f: &M3<L>) -> M3<L> {
+pub fn trial<L: Lanes>(dt: f64, c: &M3<L>, h: &M3<L>) -> M3<L> {
     let dt = L::constant(dt);
-    let cf = mul(c, f);
-    let mut out = *f;
+    let ch = mul(c, h);
+    let mut out = *h;
     for i in 0..3 {
         for j in 0..3 {
-            out[i][j] = dt.mul_add(cf[i][j], f[i][j]);
+            out[i][j] = dt.mul_add(c[i][j] + ch[i][j], h[i][j]);
+        }
+    }
+    out
+}
+
+/// `m F^T` for F = I + H.
+#[inline(always)]
+fn mul_f_t<L: Lanes>(m: &M3<L>, h: &M3<L>) -> M3<L> {
+    let mut out = mul_t(m, h);
+    for i in 0..3 {
+        for j in 0..3 {
+            out[i][j] = out[i][j] + m[i][j];
         }
     }
     out
@@ -46,9 +97,9 @@ pub fn trial<L: Lanes>(dt: f64, c: &M3<L>, f: &M3<L>) -> M3<L> {
 
 /// Adjoint of [`trial`]: adjoints of C and F.
 #[inline(always)]
-pub fn trial_adj<L: Lanes>(dt: f64, c: &M3<L>, f: &M3<L>, trial_adj: &M3<L>) -> (M3<L>, M3<L>) {
+pub fn trial_adj<L: Lanes>(dt: f64, c: &M3<L>, h: &M3<L>, trial_adj: &M3<L>) -> (M3<L>, M3<L>) {
     let dt = L::constant(dt);
-    let (mut c_adj, ctf) = (mul_t(trial_adj, f), t_mul(c, trial_adj));
+    let (mut c_adj, ctf) = (mul_f_t(trial_adj, h), t_mul(c, trial_adj));
     let mut f_adj = *trial_adj;
     for i in 0..3 {
         for j in 0..3 {
@@ -61,45 +112,50 @@ pub fn trial_adj<L: Lanes>(dt: f64, c: &M3<L>, f: &M3<L>, trial_adj: &M3<L>) -> 
 
 /// Return mapping and stress of a trial deformation.
 #[inline(always)]
-pub fn update<L: Lanes>(params: &Params, f_trial: M3<L>) -> Update<L> {
-    let u = eigenvectors(&f_trial);
-    update_in(params, f_trial, u)
+pub fn update<L: Lanes>(params: &Params, h_trial: M3<L>) -> Update<L> {
+    let u = eigenvectors(&h_trial);
+    update_in(params, h_trial, u)
 }
 
 /// [`update`] when the eigenvectors of the trial's F F^T are known.
 #[inline(always)]
-pub fn update_in<L: Lanes>(params: &Params, f_trial: M3<L>, u: M3<L>) -> Update<L> {
-    let spectrum = spectrum(&f_trial, u);
+pub fn update_in<L: Lanes>(params: &Params, h_trial: M3<L>, u: M3<L>) -> Update<L> {
+    let spectrum = spectrum(&h_trial, u);
     let ret = return_map(params, &spectrum.log);
-    let mut flow = [L::constant(1.0); 3];
-    let mut f_new = f_trial;
-    let mut stretch = spectrum.stretch;
+    let mut flow = [L::constant(0.0); 3];
+    let mut h_new = h_trial;
+    let mut elongation = spectrum.elongation;
     if L::bits(ret.yields) != 0 {
         let mut scaled = spectrum.turned;
         for i in 0..3 {
-            flow[i] = L::select(ret.yields, exp(ret.strain[i] - spectrum.log[i]), flow[i]);
-            stretch[i] = stretch[i] * flow[i];
+            // Exactly zero where nothing flows.
+            flow[i] = exp_m1(ret.flow[i]);
+            elongation[i] = elongation[i].mul_add(flow[i], elongation[i] + flow[i]);
             for entry in &mut scaled[i] {
                 *entry = flow[i] * *entry;
             }
         }
-        // K F = U diag(flow) U^T F
+        // F_new - I = H + (K - I) F = H + U diag(flow) U^T F
         let flowed = mul(&u, &scaled);
         for i in 0..3 {
             for j in 0..3 {
-                f_new[i][j] = L::select(ret.yields, flowed[i][j], f_trial[i][j]);
+                h_new[i][j] = h_trial[i][j] + flowed[i][j];
             }
         }
     }
-    let principal = stress(params, stretch);
+    let principal = stress(params, elongation);
     let tau = compose(&spectrum, &principal.stress);
-    Update { f_trial, f_new, tau, spectrum, ret, principal, flow }
+    Update { h_trial, h_new, tau, spectrum, ret, principal, flow }
 }
 
 /// Lanes whose deformation has turned inside out.
 #[inline(always)]
-pub fn inverted<L: Lanes>(f_trial: &M3<L>) -> u16 {
-    !L::bits(det(f_trial).gt(L::constant(0.0)))
+pub fn inverted<L: Lanes>(h_trial: &M3<L>) -> u16 {
+    let mut f = *h_trial;
+    for (i, row) in f.iter_mut().enumerate() {
+        row[i] = row[i] + L::constant(1.0);
+    }
+    !L::bits(det(&f).gt(L::constant(0.0)))
 }
 
 /// Adjoint of [`update`]: from the adjoints of the new deformation and of the stress to that of the trial.
@@ -119,12 +175,12 @@ pub fn update_adj<L: Lanes>(params: &Params, up: &Update<L>, f_new_adj: &M3<L>, 
     let mut strain_adj = stress_adj(params, &up.principal, &[t_adj[0][0], t_adj[1][1], t_adj[2][2]]);
     let mut flow_adj = [zero; 3];
     for i in 0..3 {
-        flow_adj[i] = L::select(up.ret.yields, gf[i][i] * up.flow[i], zero);
+        flow_adj[i] = L::select(up.ret.yields, up.flow[i].mul_add(gf[i][i], gf[i][i]), zero);
         strain_adj[i] = strain_adj[i] + flow_adj[i];
     }
     let log_adj = return_map_adj(&up.ret, &strain_adj);
 
-    let s = &up.spectrum.stretch;
+    let s = up.spectrum.stretch();
     let inverse_stretch = [one.div(s[0]), one.div(s[1]), one.div(s[2])];
     // Twice the adjoint of b, symmetric.
     let mut b_adj = gf;
@@ -139,14 +195,20 @@ pub fn update_adj<L: Lanes>(params: &Params, up: &Update<L>, f_new_adj: &M3<L>, 
         b_adj[j][i] = b_adj[i][j];
     }
 
-    // F_new = K F, b = F F^T.
-    let mut out = mul(&b_adj, f);
+    // F_new = F + (K - I) F, b = F F^T. The first term does not pass through U, whose rounding would add up.
+    let mut change = mul(&b_adj, f);
     for i in 0..3 {
         for j in 0..3 {
-            out[i][j] = up.flow[i].mul_add(g[i][j], out[i][j]);
+            change[i][j] = up.flow[i].mul_add(g[i][j], change[i][j]);
         }
     }
-    mul(u, &out)
+    let mut out = mul(u, &change);
+    for i in 0..3 {
+        for j in 0..3 {
+            out[i][j] = f_new_adj[i][j] + out[i][j];
+        }
+    }
+    out
 }
 
 /// `U^T sym(m) U`.
@@ -169,7 +231,7 @@ fn to_eigenbasis<L: Lanes>(u: &M3<L>, m: &M3<L>) -> M3<L> {
 #[inline(always)]
 fn differences<L: Lanes>(up: &Update<L>, inverse_stretch: &[L; 3], i: usize, j: usize) -> (L, L) {
     let (one, half, zero) = (L::constant(1.0), L::constant(0.5), L::constant(0.0));
-    let s = &up.spectrum.stretch;
+    let s = up.spectrum.stretch();
     if L::bits(up.ret.yields) == 0 {
         return (zero, one.div(s[i] + s[j]));
     }
@@ -180,7 +242,7 @@ fn differences<L: Lanes>(up: &Update<L>, inverse_stretch: &[L; 3], i: usize, j: 
     let half_d = half * d;
     let stretch = (q[i] * q[j]).sqrt() * scale * (rho * sinhc(rho * half_d));
     let rest = rho - one;
-    let flow = (up.flow[i] * up.flow[j]).sqrt() * scale * (rest * sinhc(rest * half_d));
+    let flow = ((one + up.flow[i]) * (one + up.flow[j])).sqrt() * scale * (rest * sinhc(rest * half_d));
     (L::select(up.ret.yields, flow, zero), stretch)
 }
 
@@ -201,6 +263,7 @@ fn slope<L: Lanes>(up: &Update<L>, i: usize, j: usize, d: L) -> L {
 #[cfg(test)]
 mod tests {
     use super::super::lanes::{Kernel, LANES, Real, SimdLevel};
+    use super::super::particles::IDENTITY;
     use super::*;
     use crate::math::check::{Tolerance, directional_scaled};
     use crate::math::rng::{Pcg64, normal, seeded};
@@ -220,6 +283,7 @@ mod tests {
             let m = |x: &[f64]| -> M3<L> {
                 std::array::from_fn(|i| std::array::from_fn(|j| L::constant(x[3 * i + j])))
             };
+            let less_identity: Vec<f64> = self.f.iter().zip(IDENTITY).map(|(f, one)| f - one).collect();
             let mut out = Vec::new();
             let mut push = |m: &M3<L>| {
                 let mut lanes = [T::default(); LANES];
@@ -228,11 +292,12 @@ mod tests {
                     out.push(lanes[5].to_f64());
                 }
             };
-            let up = update(self.params, m(self.f));
+            let up = update(self.params, m(&less_identity));
             match self.adj {
                 None => {
-                    push(&up.f_new);
+                    push(&up.h_new);
                     push(&up.tau);
+                    out.iter_mut().zip(IDENTITY).for_each(|(f, one)| *f += one);
                 }
                 Some(adj) => push(&update_adj(self.params, &up, &m(adj), &m(&adj[9..]))),
             }

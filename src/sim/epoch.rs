@@ -20,7 +20,7 @@
 use super::block::AXES;
 use super::lanes::Real;
 use super::layout::Layout;
-use super::particles::{BLOCK, blocks_for};
+use super::particles::{BLOCK, Packed, blocks_for};
 use super::transfer::NODE;
 
 /// Everything the backward pass needs of an epoch's substeps. Reused from rollout to rollout, so that the
@@ -73,8 +73,8 @@ pub struct Epoch<T> {
     pub ids: Vec<u32>,
     /// For each slot, its slot at the end of the epoch before (for the first: the caller's order).
     pub from_slot: Vec<u32>,
-    /// The packed state at the start.
-    pub start: Vec<T>,
+    /// The packed state at the start, with the anchors of all its substeps.
+    pub start: Packed<T>,
     /// The substeps, if they were kept.
     pub trace: Trace<T>,
     /// Whether they were.

@@ -3,13 +3,13 @@
 //! Grid velocities come in; a part's new velocities, affine matrices and positions go out (APIC, Jiang et
 //! al. 2015). Imports the transfers.
 
-use super::block::{load_m3, load3, store_m3, store3};
+use super::block::{load_anchors, load_m3, load3, store_m3, store3};
 use super::kernel::{ParticleRows, no_rows, to_lanes, to_particles, weights};
 use super::lanes::{Kernel, LANES, Lanes, M3, Real, prefetch, splat_m3};
 use super::layout::{Layout, Part};
 use super::p2g::particles_in;
 use super::params::Params;
-use super::particles::{BLOCK, C, V, X};
+use super::particles::{ANCHORS, BLOCK, C, V, X};
 use super::transfer::{Gather, Scatter, scatter_and_gradient};
 
 /// G2P of one part.
@@ -17,8 +17,9 @@ pub struct GridToParticles<'a, T> {
     pub params: &'a Params,
     pub layout: &'a Layout,
     pub part: &'a Part,
-    /// All packed particles at the substep's start.
+    /// All packed particles at the substep's start, and their anchors.
     pub state: &'a [T],
+    pub anchors: &'a [T],
     /// Velocities, all nodes.
     pub velocity: &'a [T],
     /// The part's particles at its end: receives x, v and C.
@@ -32,19 +33,23 @@ impl<T: Real> Kernel<T> for GridToParticles<'_, T> {
     #[inline(always)]
     fn run<L: Lanes<Real = T>>(self) -> Option<usize> {
         let params = self.params;
-        let (dt, zero) = (L::constant(params.dt), L::constant(0.0));
+        let zero = L::constant(0.0);
+        // Cells that a velocity of 1 m/s crosses.
+        let dt = L::constant(params.dt * params.nodes as f64);
         let per_cell = L::constant(4.0 / params.dx());
-        let (lo, hi) = params.position_bounds();
+        let (lo, hi) = params.cell_bounds();
         let (lo, hi) = (L::constant(lo), L::constant(hi));
         let mut gather = Gather::<L>::new(self.layout, self.part, self.velocity);
         let blocks = &self.state.as_chunks::<BLOCK>().0[self.part.blocks.clone()];
+        let anchors = &self.anchors.as_chunks::<ANCHORS>().0[self.part.blocks.clone()];
         let next = self.next.as_chunks_mut::<BLOCK>().0;
         let (mut w, mut moments) = (no_rows(), no_rows());
-        for (k, (block, next)) in blocks.iter().zip(next).enumerate() {
+        for (k, ((block, anchors), next)) in blocks.iter().zip(anchors).zip(next).enumerate() {
             let b = self.part.blocks.start + k;
             let count = particles_in(self.layout, b);
             let x = load3::<L>(block, X);
-            let f = weights(params.nodes, &x, &mut w);
+            let anchors = load_anchors::<L>(anchors);
+            let f = weights(params.nodes, &anchors, &x, &mut w);
             for lane in 0..count {
                 gather.move_to(&w[lane]);
                 gather.moments(&w[lane]).store(&mut moments[lane]);
@@ -61,7 +66,7 @@ impl<T: Real> Kernel<T> for GridToParticles<'_, T> {
                 let to = dt.mul_add(v[i], x[i]);
                 // Stays 0 for numbers, turns NaN for NaN and infinity.
                 finite = finite + to * zero;
-                moved[i] = to.max(lo).min(hi);
+                moved[i] = to.max(lo - anchors[i]).min(hi - anchors[i]);
             }
             store3(next, X, &moved);
             store3(next, V, &v);
@@ -82,8 +87,9 @@ pub struct GridToParticlesAdj<'a, T> {
     pub part: &'a Part,
     /// All packed particles at the substep's start ..
     pub state: &'a [T],
-    /// .. and at its end.
+    /// .. and at its end, and their anchors.
     pub next: &'a [T],
+    pub anchors: &'a [T],
     /// Velocities, all nodes.
     pub velocity: &'a [T],
     /// The part's particles. In: the adjoint of the state at the substep's end. Out: x holds the adjoint
@@ -113,19 +119,23 @@ impl<T: Real> Kernel<T> for GridToParticlesAdj<'_, T> {
     #[inline(always)]
     fn run<L: Lanes<Real = T>>(self) {
         let params = self.params;
-        let (dt, zero) = (L::constant(params.dt), L::constant(0.0));
+        let zero = L::constant(0.0);
+        let dt = L::constant(params.dt * params.nodes as f64);
         let per_cell = L::constant(4.0 / params.dx());
-        let (cells, bounds) = (L::constant(params.nodes as f64), params.position_bounds());
-        let (lo, hi) = (L::constant(bounds.0), L::constant(bounds.1));
+        let (lo, hi) = params.cell_bounds();
+        let (lo, hi) = (L::constant(lo), L::constant(hi));
         self.grid_adj.fill(T::default());
         let mut scatter = Scatter::<L>::new(self.layout, self.part, self.grid_adj);
         let mut gather = Gather::<L>::new(self.layout, self.part, self.velocity);
         let range = self.part.blocks.clone();
         let blocks = &self.state.as_chunks::<BLOCK>().0[range.clone()];
         let nexts = &self.next.as_chunks::<BLOCK>().0[range.clone()];
+        let anchors = &self.anchors.as_chunks::<ANCHORS>().0[range.clone()];
         let adj = self.adj.as_chunks_mut::<BLOCK>().0;
         let (mut w, mut q, mut gradient) = (no_rows(), no_rows(), no_rows());
-        for (k, ((block, next), adj)) in blocks.iter().zip(nexts).zip(adj).enumerate() {
+        for (k, (((block, next), anchors), adj)) in blocks.iter().zip(nexts).zip(anchors).zip(adj).enumerate()
+        {
+            let anchors = load_anchors::<L>(anchors);
             let count = particles_in(self.layout, range.start + k);
             prefetch(blocks.get(k + 1).map_or(&[], |soon| &soon[X * LANES..V * LANES]));
             prefetch(nexts.get(k + 1).map_or(&[], |soon| &soon[X * LANES..C * LANES]));
@@ -134,14 +144,14 @@ impl<T: Real> Kernel<T> for GridToParticlesAdj<'_, T> {
             let mut c_adj = load_m3::<L>(adj, C);
             for i in 0..3 {
                 // A clamped position does not depend on anything.
-                let free = L::and(moved[i].gt(lo), hi.gt(moved[i]));
+                let free = L::and(moved[i].gt(lo - anchors[i]), (hi - anchors[i]).gt(moved[i]));
                 x_adj[i] = L::select(free, x_adj[i], zero);
                 v_adj[i] = dt.mul_add(x_adj[i], v_adj[i]);
                 for j in 0..3 {
                     c_adj[i][j] = per_cell * c_adj[i][j];
                 }
             }
-            let f = weights(params.nodes, &load3::<L>(block, X), &mut w);
+            let f = weights(params.nodes, &anchors, &load3::<L>(block, X), &mut w);
             contribution_adj(&v_adj, &c_adj, &f, &mut q);
             for lane in 0..count {
                 scatter_and_gradient(&mut scatter, &mut gather, &w[lane], &q[lane])
@@ -151,7 +161,7 @@ impl<T: Real> Kernel<T> for GridToParticlesAdj<'_, T> {
             for j in 0..3 {
                 let through_weights = (d[4 * j] + d[4 * j + 1]) + (d[4 * j + 2] + d[4 * j + 3]);
                 let through_offset = c_adj[0][j].mul_add(v[0], c_adj[1][j].mul_add(v[1], c_adj[2][j] * v[2]));
-                x_adj[j] = (through_weights - through_offset).mul_add(cells, x_adj[j]);
+                x_adj[j] = (through_weights - through_offset) + x_adj[j];
             }
             store3(adj, X, &x_adj);
         }

@@ -4,6 +4,16 @@
 //! tried component of an action, and their [`Summary`] go out. The loss is linear, the slope of the L1
 //! distance to the target at the unperturbed end: so only the simulator is judged, not the loss's kinks.
 //! Imports rollout and math.
+//!
+//! ```text
+//! L(a)       = sum_p g_p . x_p(a),                  g_p = sign(x_p(a_0) - target_p), held fixed
+//! D_h        = (L(a + h) - L(a - h)) / 2h           h = 1e-6 and 3e-7
+//! converged    |D_1e-6 - D_3e-7| <= 1e-4 scale      else a jump lies within h, and there is nothing to compare with
+//! error        |adjoint - D_1e-6| / scale,          scale = max(|D_1e-6|, 1e-6 of the largest gradient entry)
+//! ```
+//!
+//! The truncation error of D_h is of order h^2, its rounding of order 1e-16 / h times what the dough amplifies: at 1e-6
+//! both are near 1e-9 where contact does not switch.
 
 use rayon::prelude::*;
 
@@ -14,7 +24,7 @@ use super::particles::ParticleState;
 use super::rollout::{Options, Simulator, StepSeed};
 use super::tool::{Tool, ToolPose};
 use crate::math::cloud::Point;
-use crate::math::rng::{sample_indices, seeded};
+use crate::math::rng::{sample_indices, seeded, uniform};
 
 /// Step sizes of the two central differences. Contact switches on by a jump (influence 0.1): a node that
 /// crosses it within the larger step makes the two disagree.
@@ -26,6 +36,9 @@ pub const CONVERGED: f64 = 1e-4;
 const FLOOR: f64 = 1e-6;
 /// Control steps over which single precision is compared with double: a horizon of the planner.
 pub const HORIZON: usize = 40;
+/// Share by which start coordinates are moved to see what rounding them to f32 would do: 2^-24, the most that
+/// rounding to the nearest f32 can move a number.
+pub const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 /// What a correct adjoint keeps: the bounds of median and 95th percentile.
 pub const BOUNDS: [f64; 2] = [1e-6, 1e-3];
 
@@ -155,10 +168,15 @@ impl Case {
     /// # Errors
     /// The simulator's.
     pub fn gradient<T: Real>(&self) -> Result<Vec<Vec<f64>>, SimError> {
+        self.gradient_of::<T>(&self.slope()?)
+    }
+
+    /// Gradient of the loss whose derivative by the end positions is `slope`.
+    fn gradient_of<T: Real>(&self, slope: &[Point]) -> Result<Vec<Vec<f64>>, SimError> {
         let mut sim = self.simulator::<T>(Options::default().memory_limit);
         self.end(&mut sim, &self.actions)?;
         let mut seeds = vec![StepSeed::default(); self.actions.len() + 1];
-        seeds[self.actions.len()].positions = self.slope()?;
+        seeds[self.actions.len()].positions = slope.to_vec();
         Ok(sim.rollout_adj(&seeds)?.actions)
     }
 
@@ -218,12 +236,29 @@ impl Case {
     /// # Errors
     /// The simulator's.
     pub fn single_precision_error(&self, tool: usize) -> Result<f64, SimError> {
-        let columns = self.columns(tool);
-        let of_tool = |rows: Vec<Vec<f64>>| -> Vec<f64> {
-            rows.iter().flat_map(|row| row[columns.clone()].to_vec()).collect()
-        };
-        let (single, double) = (of_tool(self.gradient::<f32>()?), of_tool(self.gradient::<f64>()?));
-        Ok(relative_distance(&single, &double))
+        let (single, double) = (self.gradient::<f32>()?, self.gradient::<f64>()?);
+        Ok(relative_distance(&self.of_tool(tool, &single), &self.of_tool(tool, &double)))
+    }
+
+    /// How far one tool's gradient in double precision moves, as a share of its norm, when every start coordinate is
+    /// moved by a random share up to [`ROUNDING`]: what no arithmetic that rounds its input to f32 can do better than.
+    ///
+    /// # Errors
+    /// The simulator's.
+    pub fn sensitivity(&self, tool: usize, seed: u64) -> Result<f64, SimError> {
+        let mut rng = seeded(seed, "sensitivity");
+        let mut moved = self.clone();
+        for x in moved.start.x.as_flattened_mut() {
+            *x *= 1.0 + ROUNDING * (2.0 * uniform(&mut rng) - 1.0);
+        }
+        let slope = self.slope()?;
+        let (moved, own) = (moved.gradient_of::<f64>(&slope)?, self.gradient_of::<f64>(&slope)?);
+        Ok(relative_distance(&self.of_tool(tool, &moved), &self.of_tool(tool, &own)))
+    }
+
+    /// The components of one tool, row by row.
+    fn of_tool(&self, tool: usize, rows: &[Vec<f64>]) -> Vec<f64> {
+        rows.iter().flat_map(|row| row[self.columns(tool)].to_vec()).collect()
     }
 }
 

@@ -1,7 +1,27 @@
 //! Quadratic B-spline weights, and the turn between lanes and particles.
 //!
-//! Positions of a block come in; for each particle its base cell, its nine weights and their derivatives
-//! go out (Steffen et al. 2008). Imports lanes.
+//! A particle at x acts on the 3 x 3 x 3 nodes around it. On each axis, with the coordinate measured in cells,
+//!
+//! ```text
+//! base = floor(x / dx - 1/2)              the lowest of the three nodes
+//! f    = x / dx - base                    in [1/2, 3/2)
+//! w_0  = (3/2 - f)^2 / 2                  w_0' = f - 3/2
+//! w_1  = 3/4 - (f - 1)^2                  w_1' = 2 - 2 f
+//! w_2  = (f - 1/2)^2 / 2                  w_2' = f - 1/2
+//! ```
+//!
+//! and a node's weight is the product over the axes (B-splines). The weights are positive, continuous with their
+//! first derivatives as a particle changes cells, and have the moments
+//!
+//! ```text
+//! sum_k w_k = 1,   sum_k w_k k = f,   sum_k w_k (k - f)^2 = 1/4
+//! ```
+//!
+//! The first makes transfers keep mass and momentum, the second lets a linear velocity field pass unchanged, the
+//! third is the `dx^2 / 4` whose inverse stands in MLS-MPM's affine matrices. `w'` is by f; by x it is `w' / dx`.
+//!
+//! Positions of a block come in, measured from the particles' anchors; for each particle its base cell, its nine
+//! weights and their derivatives go out (Steffen et al. 2008). Imports lanes.
 
 use super::lanes::{LANES, Lanes, Real};
 
@@ -41,22 +61,29 @@ pub fn cell<T: Real>(row: &[T; LANES]) -> [T; 2] {
     [row[3], row[7]]
 }
 
-/// Base cells (`trunc(x/dx - 0.5)`) and weights `(1.5-f)^2/2, 3/4-(f-1)^2, (f-0.5)^2/2` on each axis.
+/// Base cells (`trunc(x/dx - 0.5)`) and weights `(1.5-f)^2/2, 3/4-(f-1)^2, (f-0.5)^2/2` on each axis. `x` is in
+/// cells from the node `anchors`.
 ///
 /// Returns f, the position within the base cell, in cells, in [0.5, 1.5). Writes for each particle
 /// `[wx0 wx1 wx2 column | wy0 wy1 wy2 cell_z | wz0 wz1 wz2 0 | dx dy dz 0]`. The base cell is
 /// `column = cell_x nodes + cell_y` and `cell_z`, both exact; dx, dy, dz are the derivatives of the first
 /// weights, from which the others follow ([`derivatives`]).
 #[inline(always)]
-pub fn weights<L: Lanes>(nodes: usize, x: &[L; 3], rows: &mut ParticleRows<L::Real>) -> [L; 3] {
+pub fn weights<L: Lanes>(
+    nodes: usize,
+    anchors: &[L; 3],
+    x: &[L; 3],
+    rows: &mut ParticleRows<L::Real>,
+) -> [L; 3] {
     let (scale, half) = (L::constant(nodes as f64), L::constant(0.5));
     let zero = L::constant(0.0);
     let mut m = [zero; LANES];
     let (mut f, mut base) = (*x, *x);
     for axis in 0..3 {
-        let cells = x[axis] * scale;
-        base[axis] = (cells - half).floor().max(zero);
-        f[axis] = cells - base[axis];
+        // The base cell counted from the anchor: small integers, so that f is exact.
+        let from_anchor = (x[axis] - half).floor().max(-anchors[axis]);
+        base[axis] = anchors[axis] + from_anchor;
+        f[axis] = x[axis] - from_anchor;
         let (d, s, w) = (f[axis] - L::constant(1.5), f[axis] - L::constant(1.0), f[axis] - half);
         m[4 * axis] = half * d * d;
         m[4 * axis + 1] = L::constant(0.75) - s * s;
@@ -82,13 +109,15 @@ mod tests {
     use super::super::lanes::{Kernel, SimdLevel};
     use super::*;
 
+    /// Weights at this coordinate of a grid of 64 nodes.
     struct WeightsOf(f64);
     impl Kernel<f64> for WeightsOf {
         type Output = ([f64; LANES], [f64; LANES]);
         #[inline(always)]
         fn run<L: Lanes<Real = f64>>(self) -> Self::Output {
             let mut rows = no_rows();
-            weights(64, &[L::constant(self.0); 3], &mut rows);
+            let anchor = (self.0 * 64.0).round();
+            weights(64, &[L::constant(anchor); 3], &[L::constant(self.0 * 64.0 - anchor); 3], &mut rows);
             let row = rows[3];
             let mut dw = [0.0; LANES];
             for axis in 0..3 {

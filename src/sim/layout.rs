@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::lanes::{LANES, Real};
-use super::particles::{X, blocks_for, index};
+use super::particles::{Packed, blocks_for};
 
 /// Cells a particle may drift from where it was sorted before the layout must be rebuilt.
 const MARGIN: usize = 1;
@@ -84,11 +84,9 @@ impl Layout {
     ///
     /// Returns the layout and, for each new slot, the old slot. The order is stable, so it depends on
     /// the particles alone.
-    pub fn build<T: Real>(nodes: usize, particles: usize, packed: &[T]) -> (Self, Vec<u32>) {
-        let scale = T::from_f64(nodes as f64);
-        let half = T::from_f64(0.5);
+    pub fn build<T: Real>(nodes: usize, particles: usize, packed: &Packed<T>) -> (Self, Vec<u32>) {
         let cell = |slot: usize, axis: usize| -> usize {
-            let base = (packed[index(slot, X + axis)] * scale - half).to_f64() as i64;
+            let base = (packed.cells(slot, axis) - 0.5) as i64;
             base.clamp(0, nodes as i64 - 3) as usize
         };
         let keys: Vec<u32> =
@@ -243,20 +241,19 @@ impl Layout {
 
 #[cfg(test)]
 mod tests {
-    use super::super::particles::{BLOCK, ParticleState, pack};
+    use super::super::particles::ParticleState;
     use super::*;
     use crate::math::rng::{seeded, uniform};
 
-    fn layout(n: usize) -> (Layout, Vec<f64>) {
+    fn layout(n: usize) -> (Layout, Packed<f64>) {
         let mut rng = seeded(1, "layout");
         let x = (0..n).map(|_| std::array::from_fn(|_| 0.3 + 0.2 * uniform(&mut rng))).collect();
         let state = ParticleState::at_rest(x);
-        let identity: Vec<u32> = (0..n as u32).collect();
-        let mut packed = vec![0.0; blocks_for(n) * BLOCK];
-        pack(&state, &identity, &mut packed);
+        let mut packed = Packed::default();
+        packed.pack(&state, 64);
         let (layout, order) = Layout::build(64, n, &packed);
-        let mut sorted = vec![0.0; packed.len()];
-        super::super::particles::permute(&packed, &order, &mut sorted);
+        let mut sorted = Packed::default();
+        sorted.take_sorted(&packed, &order);
         (layout, sorted)
     }
 
@@ -265,8 +262,7 @@ mod tests {
         let (layout, sorted) = layout(3000);
         for part in &layout.parts {
             for slot in part.blocks.start * LANES..(part.blocks.end * LANES).min(3000) {
-                let cell: [f64; 3] =
-                    std::array::from_fn(|a| (sorted[index(slot, X + a)] * 64.0 - 0.5).floor());
+                let cell: [f64; 3] = std::array::from_fn(|a| (sorted.cells(slot, a) - 0.5).floor());
                 for drift in [[0.0; 3], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [-1.0, 1.0, 1.0]] {
                     let moved: [f64; 3] = std::array::from_fn(|a| cell[a] + drift[a]);
                     let column = moved[0] * 64.0 + moved[1];

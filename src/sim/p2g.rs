@@ -3,13 +3,13 @@
 //! A part's particles come in; their mass and momentum on the part's nodes and their new deformation go
 //! out (MLS-MPM, Hu et al. 2018, with APIC's affine matrix, Jiang et al. 2015). Imports the transfers.
 
-use super::block::{AXES, load_axes, load_m3, load3, store_axes, store_m3, store3};
+use super::block::{AXES, load_anchors, load_axes, load_m3, load3, store_axes, store_m3, store3};
 use super::constitutive::{inverted, trial, trial_adj, update, update_adj, update_in};
 use super::kernel::{ParticleRows, no_rows, to_lanes, to_particles, weights};
 use super::lanes::{Kernel, LANES, Lanes, M3, Real, prefetch, splat_m3};
 use super::layout::{Layout, Part};
 use super::params::Params;
-use super::particles::{BLOCK, C, F, V, X};
+use super::particles::{ANCHORS, BLOCK, C, F, V, X};
 use super::transfer::{Gather, Scatter};
 
 /// How a part's P2G ended.
@@ -30,6 +30,8 @@ pub struct ParticlesToGrid<'a, T> {
     pub part: &'a Part,
     /// All packed particles at the substep's start.
     pub state: &'a [T],
+    /// The nodes that their positions are measured from.
+    pub anchors: &'a [T],
     /// The part's particles at its end: receives the new F.
     pub next: &'a mut [T],
     /// The part's axes: receives the eigenvectors of the trial's F F^T.
@@ -97,22 +99,25 @@ impl<T: Real> Kernel<T> for ParticlesToGrid<'_, T> {
         self.grid.fill(T::default());
         let mut scatter = Scatter::<L>::new(self.layout, self.part, self.grid);
         let blocks = &self.state.as_chunks::<BLOCK>().0[self.part.blocks.clone()];
+        let anchors = &self.anchors.as_chunks::<ANCHORS>().0[self.part.blocks.clone()];
         let next = self.next.as_chunks_mut::<BLOCK>().0;
         let axes = self.axes.as_chunks_mut::<AXES>().0;
         let (mut w, mut q) = (no_rows(), no_rows());
-        for (k, ((block, next), axes)) in blocks.iter().zip(next).zip(axes).enumerate() {
+        for (k, (((block, anchors), next), axes)) in
+            blocks.iter().zip(anchors).zip(next).zip(axes).enumerate()
+        {
             let b = self.part.blocks.start + k;
             let count = particles_in(self.layout, b);
             let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
-            let (c, f) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
-            let up = update(params, trial(params.dt, &c, &f));
-            let bad = inverted(&up.f_trial);
+            let (c, h) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
+            let up = update(params, trial(params.dt, &c, &h));
+            let bad = inverted(&up.h_trial);
             if bad != 0 && bad.trailing_zeros() < count as u32 {
                 return Outcome::BadDeformation { slot: b * LANES + bad.trailing_zeros() as usize };
             }
-            store_m3(next, F, &up.f_new);
+            store_m3(next, F, &up.h_new);
             store_axes(axes, &up.spectrum.u);
-            let f = weights(params.nodes, &x, &mut w);
+            let f = weights(params.nodes, &load_anchors(anchors), &x, &mut w);
             let a = affine(params, &up.tau, &c);
             contribution(L::constant(params.particle_mass()), &v, &a, &f, &mut q);
             for lane in 0..count {
@@ -131,8 +136,9 @@ pub struct ParticlesToGridAdj<'a, T> {
     pub params: &'a Params,
     pub layout: &'a Layout,
     pub part: &'a Part,
-    /// All packed particles at the substep's start.
+    /// All packed particles at the substep's start, and their anchors.
     pub state: &'a [T],
+    pub anchors: &'a [T],
     /// All axes, from [`ParticlesToGrid`].
     pub axes: &'a [T],
     /// Adjoint of momentum and mass, all nodes.
@@ -151,32 +157,34 @@ impl<T: Real> Kernel<T> for ParticlesToGridAdj<'_, T> {
         let mass = L::constant(params.particle_mass());
         let mut gather = Gather::<L>::new(self.layout, self.part, self.grid_adj);
         let blocks = &self.state.as_chunks::<BLOCK>().0[self.part.blocks.clone()];
+        let anchors = &self.anchors.as_chunks::<ANCHORS>().0[self.part.blocks.clone()];
         let adj = self.adj.as_chunks_mut::<BLOCK>().0;
         let mut rows = AdjointRows { w: no_rows(), q: no_rows(), moments: no_rows(), gradient: no_rows() };
         let all_axes = &self.axes.as_chunks::<AXES>().0[self.part.blocks.clone()];
-        for (k, ((block, axes), adj)) in blocks.iter().zip(all_axes).zip(adj).enumerate() {
+        for (k, (((block, anchors), axes), adj)) in
+            blocks.iter().zip(anchors).zip(all_axes).zip(adj).enumerate()
+        {
             let count = particles_in(self.layout, self.part.blocks.start + k);
             prefetch(blocks.get(k + 1).map_or(&[], |soon| &soon[..]));
             prefetch(all_axes.get(k + 1).map_or(&[], |soon| &soon[..]));
             let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
-            let (c, f) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
-            let up = update_in(params, trial(params.dt, &c, &f), load_axes(axes));
+            let (c, h) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
+            let up = update_in(params, trial(params.dt, &c, &h), load_axes(axes));
             let a = affine(params, &up.tau, &c);
-            let offset = weights(params.nodes, &x, &mut rows.w);
+            let offset = weights(params.nodes, &load_anchors(anchors), &x, &mut rows.w);
             contribution(mass, &v, &a, &offset, &mut rows.q);
 
             let (v_adj, a_adj, x_adj) = scatter_adj(&mut gather, &mut rows, &offset, &a, count);
             let (tau_adj, c_adj) = affine_adj(params, &a_adj);
             let f_trial_adj = update_adj(params, &up, &load_m3(adj, F), &tau_adj);
-            let (c_trial_adj, f_adj) = trial_adj(params.dt, &c, &f, &f_trial_adj);
+            let (c_trial_adj, f_adj) = trial_adj(params.dt, &c, &h, &f_trial_adj);
 
-            let cells = L::constant(params.nodes as f64);
             let through_g2p = load3::<L>(adj, X);
             let mut x_total = x_adj;
             let mut v_total = v_adj;
             let mut c_total = c_adj;
             for i in 0..3 {
-                x_total[i] = x_adj[i].mul_add(cells, through_g2p[i]);
+                x_total[i] = x_adj[i] + through_g2p[i];
                 v_total[i] = mass * v_adj[i];
                 for j in 0..3 {
                     c_total[i][j] = c_adj[i][j] + c_trial_adj[i][j];

@@ -1,6 +1,22 @@
 //! Physical and numerical parameters of the simulator, and everything derived from them, in one place.
 //!
 //! Comes in from a checked task file or scene file; goes out to every kernel. Imports only point clouds.
+//!
+//! ```text
+//! dx     = 1 / nodes                               cell, m
+//! mu     = E / (2 (1 + nu))                        Lame's parameters, Pa
+//! lambda = E nu / ((1 + nu) (1 - 2 nu))
+//! V      = (dx / 2)^2,  m = rho V                  a particle's "volume" and mass (PlasticineLab)
+//! c      = sqrt((lambda + 2 mu) / rho)             speed of a pressure wave, m/s
+//! C      = dt c / dx                               Courant number; stable below about 1
+//! e_Y    = sigma_Y / (2 mu)                        norm of the deviatoric Hencky strain at yield
+//! s      = -dt V 4 / dx^2                          from Kirchhoff stress to affine momentum (MLS-MPM, eq. 29)
+//! reach  = ln(10) / softness                       how far from its surface a tool is felt, m
+//! ```
+//!
+//! V and m cancel in the motion of free dough but for the ratio V / m = 1 / rho: gravity and stress accelerate as if
+//! particles filled the volume that they stand for. So resting dough does not feel how many particles it has, as long
+//! as there are some in every cell.
 
 use serde::{Deserialize, Serialize};
 
@@ -101,6 +117,26 @@ impl Params {
         self.dt * self.wave_speed() / self.dx()
     }
 
+    /// The longest substep that keeps [`COURANT_LIMIT`], s.
+    pub fn stable_dt(&self) -> f64 {
+        COURANT_LIMIT * self.dx() / self.wave_speed()
+    }
+
+    /// What is wrong with the length of a substep and what helps, if the Courant number is above
+    /// [`COURANT_LIMIT`].
+    pub fn instability(&self) -> Option<String> {
+        let courant = self.courant();
+        (courant > COURANT_LIMIT).then(|| {
+            format!(
+                "in a substep of {:e} s an elastic wave ({:.1} m/s) would cross {courant:.2} grid cells, and above \
+                 {COURANT_LIMIT} the simulation explodes; make dt at most {:.2e} s, or lower youngs_modulus or nodes",
+                self.dt,
+                self.wave_speed(),
+                self.stable_dt()
+            )
+        })
+    }
+
     /// Length of a control step, s.
     pub fn control_step(&self) -> f64 {
         self.dt * self.substeps as f64
@@ -121,9 +157,15 @@ impl Params {
         -self.dt * self.particle_volume() * 4.0 / (self.dx() * self.dx())
     }
 
+    /// Lowest and highest coordinate a particle may have, in cells.
+    pub fn cell_bounds(&self) -> (f64, f64) {
+        (self.lower_bound, (self.nodes - WALL_NODES) as f64)
+    }
+
     /// Lowest and highest coordinate a particle may have, m.
     pub fn position_bounds(&self) -> (f64, f64) {
-        (self.lower_bound * self.dx(), 1.0 - 3.0 * self.dx())
+        let (lo, hi) = self.cell_bounds();
+        (lo * self.dx(), hi * self.dx())
     }
 
     /// Where dough may be: [`WALL_NODES`] cells from the walls and the ceiling. Below, it is the height to
@@ -159,8 +201,11 @@ mod tests {
         assert!(p.courant() < COURANT_LIMIT);
         let finer = Params { nodes: 128, ..p.clone() };
         assert_relative_eq!(finer.courant(), 2.0 * p.courant());
-        let slower = Params { dt: 3e-4, ..p };
+        let slower = Params { dt: 3e-4, ..p.clone() };
         assert!(slower.courant() > COURANT_LIMIT);
+        assert_eq!(p.instability(), None);
+        let problem = slower.instability().unwrap();
+        assert!(problem.contains("1.40 grid cells") && problem.contains("1.94e-4 s"), "{problem}");
     }
 
     #[test]

@@ -2,6 +2,29 @@
 //!
 //! Trial strains `ln s_i` come in, elastic strains after plastic flow go out: a radial return in the
 //! deviatoric plane (PlasticineLab, Huang et al. 2021, appendix; Gao et al. 2017). Lanes throughout.
+//!
+//! With `t` the trial strain of one particle (three numbers), floored at ln 0.05:
+//!
+//! ```text
+//! e_i   = max(t_i, ln 0.05)
+//! m     = (e_1 + e_2 + e_3) / 3                     the mean: a change of volume
+//! d_i   = e_i - m                                   the deviator: a change of shape
+//! n     = sqrt(d . d + 1e-8)                        softened, so that its derivative exists at d = 0
+//! e_Y   = sigma_Y / (2 mu)
+//! n > e_Y:  e_new = m + (e_Y / n) d                 plastic: back to the yield surface, at the same volume
+//! else:     e_new = t                               elastic
+//! ```
+//!
+//! The plastic branch flows by `e_new - t = ((e_Y - n) / n) d`, which is computed like this and not as a
+//! difference of the two: it is what F is multiplied by.
+//!
+//! Adjoint of the plastic branch, with s the adjoint of e_new and `r = e_Y / n`:
+//!
+//! ```text
+//! d_adj = r s - r (s . d) / n^2 d                   the factor, and the norm in it
+//! m_adj = s_1 + s_2 + s_3
+//! t_adj = d_adj + (m_adj - (d_adj_1 + d_adj_2 + d_adj_3)) / 3,   0 below the floor
+//! ```
 
 use super::lanes::{Lanes, Real};
 use super::params::Params;
@@ -16,6 +39,8 @@ const NORM_EPS: f64 = 1e-8;
 pub struct Return<L: Lanes> {
     /// Elastic strains after the return.
     pub strain: [L; 3],
+    /// What the return has added to the trial strains, without the rounding of the sums.
+    pub flow: [L; 3],
     /// Where the trial state was outside the yield surface.
     pub yields: L::Mask,
     /// Factor by which the deviator shrinks (1 where elastic).
@@ -41,12 +66,17 @@ pub fn return_map<L: Lanes>(params: &Params, trial: &[L; 3]) -> Return<L> {
     let norm = n2.sqrt();
     let limit = L::splat(L::Real::from_f64(params.yield_strain()));
     let yields = norm.gt(limit);
-    let ratio = L::select(yields, limit.div(norm), L::constant(1.0));
-    let mut strain = *trial;
+    let one = L::constant(1.0);
+    let inverse_norm = one.div(norm);
+    let ratio = L::select(yields, limit * inverse_norm, one);
+    let shrink = (limit - norm) * inverse_norm;
+    let (mut strain, mut flow) = (*trial, *trial);
     for i in 0..3 {
-        strain[i] = L::select(yields, ratio.mul_add(d[i], mean), trial[i]);
+        // Below the floor the strain is raised to it as well.
+        flow[i] = L::select(yields, shrink.mul_add(d[i], e[i] - trial[i]), L::constant(0.0));
+        strain[i] = trial[i] + flow[i];
     }
-    Return { strain, yields, ratio, deviator: d, norm, above }
+    Return { strain, flow, yields, ratio, deviator: d, norm, above }
 }
 
 /// Adjoint of [`return_map`]. On the yield surface itself the elastic side is taken.

@@ -3,6 +3,27 @@
 //! [`Simulator::rollout`] runs the substeps and keeps what the backward pass needs;
 //! [`Simulator::rollout_adj`] takes the loss's derivatives at the ends of control steps and returns the
 //! gradient. Everything is allocated once and reused. Imports the rest of sim.
+//!
+//! With s_t the state and P_t the tools' poses at the start of substep t, N substeps to a control step and S control
+//! steps, a rollout is
+//!
+//! ```text
+//! P_{t+1} = advance(P_t, a_k)                for k = floor(t / N)        tool::path
+//! s_{t+1} = substep(s_t, P_t, P_{t+1})                                  substep
+//! L       = L(s_0, s_N, s_2N, .., s_SN; P_0, P_N, ..)                   any loss of the ends of control steps
+//! ```
+//!
+//! and its gradient, for t from SN - 1 down to 0 (reverse accumulation; Griewank and Walther, chapter 3):
+//!
+//! ```text
+//! s_adj <- dL/ds_SN                          the loss's own derivatives, called seeds
+//! (s_adj, P_t_adj, P_{t+1}_adj) <- substep_adj(s_t, s_adj),   P_adj carried back by advance_adj, which adds to a_k_adj
+//! s_adj += dL/ds_t                           where t is the start of a control step
+//! ```
+//!
+//! `substep_adj` needs s_t. All SN states are kept while they fit into the memory limit; control steps
+//! beyond it keep their first state alone, and run again before their adjoint (checkpointing with one level; Griewank
+//! and Walther, chapter 12). That adds one forward pass to what was about four, and changes no bit.
 
 use super::epoch::{Epoch, Trace};
 use super::error::{Operation, SimError};
@@ -10,9 +31,7 @@ use super::grid::PARTS_MAX;
 use super::lanes::{Real, SimdLevel};
 use super::layout::Layout;
 use super::params::Params;
-use super::particles::{
-    BLOCK, C, F, ParticleState, V, X, blocks_for, index, pack, permute, permute_adj, unpack,
-};
+use super::particles::{C, F, Packed, ParticleState, V, X, index, pack_adj, permute_adj};
 use super::substep::{Substep, SubstepAdj, Workspace};
 use super::tool::path::ToolPath;
 use super::tool::{PoseAdj, Tool, ToolPose};
@@ -78,7 +97,7 @@ pub struct Simulator<T: Real> {
     /// Substeps of an epoch that is not kept.
     scratch: Trace<T>,
     /// Packed state at the end of the rollout so far.
-    end: Vec<T>,
+    end: Packed<T>,
     workspace: Workspace<T>,
 }
 
@@ -100,7 +119,7 @@ impl<T: Real> Simulator<T> {
             epochs: Vec::new(),
             used: 0,
             scratch: Trace::default(),
-            end: Vec::new(),
+            end: Packed::default(),
             workspace: Workspace::default(),
         }
     }
@@ -144,10 +163,8 @@ impl<T: Real> Simulator<T> {
         self.steps = actions.len();
         self.used = 0;
         self.path = ToolPath::new(&self.tools, self.params.substeps, poses, actions);
-        let identity: Vec<u32> = (0..start.len() as u32).collect();
-        self.end.resize(blocks_for(start.len()) * BLOCK, T::default());
-        pack(start, &identity, &mut self.end);
-        let mut ids = identity;
+        self.end.pack(start, self.params.nodes);
+        let mut ids: Vec<u32> = (0..start.len() as u32).collect();
         let mut memory = self.options.memory_limit;
         let substeps = self.params.substeps;
         for step in 0..self.steps {
@@ -240,8 +257,8 @@ impl<T: Real> Simulator<T> {
         epoch.first = first;
         epoch.count = 0;
         epoch.kept = true;
-        epoch.start.resize(self.end.len(), T::default());
-        permute(&self.end, &from_slot, &mut epoch.start);
+        epoch.start.take_sorted(&self.end, &from_slot);
+        self.end.anchors.clone_from(&epoch.start.anchors);
         epoch.ids = ids.clone();
         epoch.from_slot = from_slot;
         epoch.layout = layout;
@@ -265,7 +282,7 @@ impl<T: Real> Simulator<T> {
             if kept { std::mem::take(&mut epoch.trace) } else { std::mem::take(&mut self.scratch) };
         let outcome = self.run_substeps(&mut epoch, &mut trace, wanted);
         if outcome.is_ok() {
-            self.end.copy_from_slice(&trace.states[epoch.count]);
+            self.end.fields.copy_from_slice(&trace.states[epoch.count]);
         }
         if kept {
             epoch.trace = trace;
@@ -285,7 +302,7 @@ impl<T: Real> Simulator<T> {
         wanted: usize,
     ) -> Result<(), SimError> {
         trace.resize(wanted, self.particles, epoch.layout.len);
-        trace.states[0].copy_from_slice(&epoch.start);
+        trace.states[0].copy_from_slice(&epoch.start.fields);
         let mut workspace = std::mem::take(&mut self.workspace);
         let outcome = self.on_threads(|| {
             for k in 0..wanted {
@@ -295,6 +312,7 @@ impl<T: Real> Simulator<T> {
                     .substep(&epoch.layout, t)
                     .run(
                         &before[k],
+                        &epoch.start.anchors,
                         &mut after[0],
                         &mut trace.axes[k],
                         &mut trace.momentum[k],
@@ -325,7 +343,7 @@ impl<T: Real> Simulator<T> {
         let width: usize = self.tools.iter().map(Tool::action_len).sum();
         let mut actions_adj = vec![vec![0.0; width]; self.steps];
         let mut poses_adj = vec![PoseAdj::default(); self.tools.len()];
-        let mut adj = vec![T::default(); self.end.len()];
+        let mut adj = vec![T::default(); self.end.fields.len()];
         let mut before = adj.clone();
         let substeps = self.params.substeps;
         let mut workspace = std::mem::take(&mut self.workspace);
@@ -341,6 +359,7 @@ impl<T: Real> Simulator<T> {
                         state: &trace.states[k],
                         next: &trace.states[k + 1],
                         axes: &trace.axes[k],
+                        anchors: &epoch.start.anchors,
                         momentum: &trace.momentum[k],
                         velocity: &trace.velocity[k],
                     };
@@ -351,7 +370,8 @@ impl<T: Real> Simulator<T> {
                 }
             });
             if epoch.first.is_multiple_of(substeps) {
-                add_seed(seeds.get(epoch.first / substeps), &epoch.ids, &mut adj, &mut poses_adj);
+                let seed = seeds.get(epoch.first / substeps);
+                add_seed(seed, self.params.dx(), &epoch.ids, &mut adj, &mut poses_adj);
             }
             permute_adj(&epoch.from_slot, &adj, &mut before);
             std::mem::swap(&mut adj, &mut before);
@@ -362,7 +382,7 @@ impl<T: Real> Simulator<T> {
         Ok(RolloutGradient {
             actions: actions_adj,
             start_poses: poses_adj,
-            start_state: unpack(&adj, &identity),
+            start_state: pack_adj(&adj, self.params.nodes, &identity),
         })
     }
 
@@ -416,7 +436,8 @@ impl<T: Real> Simulator<T> {
         let epoch = self.epoch_at(step);
         let mut x = vec![[0.0; 3]; self.particles];
         for (slot, &id) in epoch.ids.iter().enumerate() {
-            x[id as usize] = std::array::from_fn(|a| epoch.start[index(slot, X + a)].to_f64());
+            x[id as usize] =
+                std::array::from_fn(|axis| epoch.start.cells(slot, axis) / self.params.nodes as f64);
         }
         x
     }
@@ -427,7 +448,7 @@ impl<T: Real> Simulator<T> {
     /// If the last rollout was shorter.
     pub fn state(&self, step: usize) -> ParticleState {
         let epoch = self.epoch_at(step);
-        unpack(&epoch.start, &epoch.ids)
+        epoch.start.unpack(self.params.nodes, &epoch.ids)
     }
 
     /// The tools' poses at the end of control step `step` (0: the start).
@@ -444,8 +465,14 @@ impl<T: Real> Simulator<T> {
     }
 }
 
-/// Adds a seed to the adjoints at the epoch's start.
-fn add_seed<T: Real>(seed: Option<&StepSeed>, ids: &[u32], adj: &mut [T], poses_adj: &mut [PoseAdj]) {
+/// Adds a seed to the adjoints at the epoch's start; positions are packed in cells of size `dx`.
+fn add_seed<T: Real>(
+    seed: Option<&StepSeed>,
+    dx: f64,
+    ids: &[u32],
+    adj: &mut [T],
+    poses_adj: &mut [PoseAdj],
+) {
     let Some(seed) = seed else { return };
     let mut add = |field: usize, slot: usize, values: &[f64]| {
         for (k, v) in values.iter().enumerate() {
@@ -455,7 +482,7 @@ fn add_seed<T: Real>(seed: Option<&StepSeed>, ids: &[u32], adj: &mut [T], poses_
     for (slot, &id) in ids.iter().enumerate() {
         let id = id as usize;
         // An empty vector has no entry: zeros.
-        seed.positions.get(id).into_iter().for_each(|v| add(X, slot, v));
+        seed.positions.get(id).into_iter().for_each(|v| add(X, slot, &v.map(|d| d * dx)));
         seed.velocities.get(id).into_iter().for_each(|v| add(V, slot, v));
         seed.affine.get(id).into_iter().for_each(|v| add(C, slot, v));
         seed.deformation.get(id).into_iter().for_each(|v| add(F, slot, v));

@@ -95,11 +95,14 @@ fn cut<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut
 }
 
 impl Substep<'_> {
-    /// Runs the substep from `state` to `next`; `axes` receives the eigenvectors that the constitutive update
-    /// found, `momentum` and `velocity` the grid before and after its update. Returns false, with nothing to be used, if a particle has left the layout.
+    /// Runs the substep from `state` to `next`, both measured from `anchors`; `axes` receives the eigenvectors that
+    /// the constitutive update found, `momentum` and `velocity` the grid before and after its update. Returns
+    /// false, with nothing to be used, if a particle has left the layout.
+    #[expect(clippy::too_many_arguments, reason = "one for each array that a substep reads or writes")]
     pub fn run<T: Real>(
         &self,
         state: &[T],
+        anchors: &[T],
         next: &mut [T],
         axes: &mut [T],
         momentum: &mut [T],
@@ -108,11 +111,11 @@ impl Substep<'_> {
     ) -> Result<bool, Fault> {
         workspace.fit(self.layout);
         let contacts = contacts(self.params, self.tools, self.start, self.end);
-        if !self.particles_to_grid(state, next, axes, &mut workspace.shares)? {
+        if !self.particles_to_grid(state, anchors, next, axes, &mut workspace.shares)? {
             return Ok(false);
         }
         self.update_grid(&contacts, &workspace.shares, momentum, velocity);
-        self.grid_to_particles(state, velocity, next)?;
+        self.grid_to_particles(state, anchors, velocity, next)?;
         Ok(true)
     }
 
@@ -133,6 +136,7 @@ impl Substep<'_> {
     fn particles_to_grid<T: Real>(
         &self,
         state: &[T],
+        anchors: &[T],
         next: &mut [T],
         axes: &mut [T],
         shares: &mut [Vec<T>],
@@ -146,6 +150,7 @@ impl Substep<'_> {
                 layout: self.layout,
                 part,
                 state,
+                anchors,
                 next,
                 axes,
                 grid,
@@ -187,7 +192,13 @@ impl Substep<'_> {
         });
     }
 
-    fn grid_to_particles<T: Real>(&self, state: &[T], velocity: &[T], next: &mut [T]) -> Result<(), Fault> {
+    fn grid_to_particles<T: Real>(
+        &self,
+        state: &[T],
+        anchors: &[T],
+        velocity: &[T],
+        next: &mut [T],
+    ) -> Result<(), Fault> {
         let next = cut(next, self.block_lengths());
         let items = self.layout.parts.iter().zip(next).collect();
         let bad = over_parts(self.parallel, items, |(part, next)| {
@@ -196,6 +207,7 @@ impl Substep<'_> {
                 layout: self.layout,
                 part,
                 state,
+                anchors,
                 velocity,
                 next,
             })
@@ -210,9 +222,10 @@ impl Substep<'_> {
 /// The backward pass of one substep.
 pub struct SubstepAdj<'a, T> {
     pub substep: Substep<'a>,
-    /// Packed states at its start and end, the axes, and the grid before and after its update.
+    /// Packed states at its start and end, their anchors, the axes, and the grid before and after its update.
     pub state: &'a [T],
     pub next: &'a [T],
+    pub anchors: &'a [T],
     pub axes: &'a [T],
     pub momentum: &'a [T],
     pub velocity: &'a [T],
@@ -242,6 +255,7 @@ impl<T: Real> SubstepAdj<'_, T> {
                 part,
                 state: self.state,
                 next: self.next,
+                anchors: self.anchors,
                 velocity: self.velocity,
                 adj,
                 grid_adj,
@@ -284,6 +298,7 @@ impl<T: Real> SubstepAdj<'_, T> {
                 layout: s.layout,
                 part,
                 state: self.state,
+                anchors: self.anchors,
                 axes: self.axes,
                 grid_adj,
                 adj,

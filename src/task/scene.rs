@@ -147,7 +147,7 @@ fn check_world(world: &WorldTable) -> Result<Params, Complaint> {
     };
     let courant = params.courant();
     if courant > COURANT_LIMIT {
-        let allowed = COURANT_LIMIT * params.dx() / params.wave_speed();
+        let allowed = params.stable_dt();
         let problem = format!(
             "is {:e}: an elastic wave ({:.1} m/s) would cross {courant:.2} grid cells in a substep, and above \
              {COURANT_LIMIT} the simulation explodes; make dt_s at most {allowed:.2e}, or lower \

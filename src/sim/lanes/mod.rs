@@ -19,7 +19,7 @@ mod tests;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-pub use elementary::{exp, ln, sinhc};
+pub use elementary::{exp, exp_m1, ln, ln_1p, sinhc};
 pub use matrix::{M3, congruence, det, identity, mul, mul_t, splat_m3, t_mul};
 pub use portable::Portable;
 

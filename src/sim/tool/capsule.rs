@@ -1,6 +1,12 @@
 //! A capsule: rolling pin and pole.
 //!
 //! A point in the capsule's frame comes in (axis along y, centred); distance and derivatives go out.
+//!
+//! ```text
+//! c(p) = (0, clamp(p_y, -length/2, length/2), 0)     nearest point of the axis
+//! d    = |p - c| - radius
+//! grad = (p - c) / |p - c|                           c moves along y only, where p - c is zero beside the axis
+//! ```
 
 use nalgebra::Vector3;
 

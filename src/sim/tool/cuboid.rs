@@ -1,6 +1,13 @@
 //! A box: gripper plates and pusher.
 //!
-//! A point in the box's frame and the half-extents come in; distance and gradient go out.
+//! A point in the box's frame and the half-extents h come in; distance and gradient go out.
+//!
+//! ```text
+//! c = |p| - h                                        component by component
+//! d = |max(c, 0)| + min(max(c_x, c_y, c_z), 0)       outside: to the nearest point; inside: to the nearest face
+//! ```
+//!
+//! The gradient is `sign(p) max(c, 0) / |max(c, 0)|` outside, the normal of the nearest face inside.
 
 use nalgebra::Vector3;
 

@@ -3,6 +3,11 @@
 //! A point in the cylinder's frame comes in (axis along y, centred); distance, gradient and the gradient's
 //! adjoint go out. In the half-plane of the point and the axis a cylinder is a rectangle, whose exact
 //! distance has three regions: beside the wall, above an end, and beyond the rim.
+//!
+//! ```text
+//! c = (sqrt(p_x^2 + p_z^2) - radius, |p_y| - length/2)
+//! d = |c| if both are positive (beyond the rim), else max(c)
+//! ```
 
 use nalgebra::{Vector2, Vector3};
 

@@ -1,6 +1,17 @@
 //! PASTA's knife: a box whose lower edge a prism sharpens to a wedge.
 //!
 //! A point in the knife's frame comes in; distance and gradient go out.
+//!
+//! With g the point in the prism's frame (turned by the knife's quaternion) and sizes (a, b):
+//!
+//! ```text
+//! d_tri   = max(0.866025 |g_x| + g_y / 2, -g_y) - a / 2      an equilateral triangle in x and y
+//! d_prism = max(|g_z| - b, d_tri)
+//! d       = max(d_prism, d_box)                              what both share
+//! ```
+//!
+//! The maximum of two distances is exact inside and next to faces, and too small beyond edges. The gradient is that of
+//! the larger of the two.
 
 use nalgebra::Vector3;
 

@@ -2,6 +2,18 @@
 //!
 //! A [`Tool`] never changes; where it is stands in a [`ToolPose`]. Shapes and motions have a file each.
 //! Imports math.
+//!
+//! With pose (position p, unit quaternion q, gap g) and R the rotation of q, a rigid part at side `s` (0; for a gripper's
+//! two plates -1/2 and 1/2) has the frame
+//!
+//! ```text
+//! origin  o = p + s g R e_x
+//! local   l(x) = R^T (x - o)              a world point in the part's coordinates
+//! d(x)    = shape.distance(l),  N(x) = R shape.normal(l)
+//! ```
+//!
+//! and carries the point x during a substep to `o' + R' l(x)`, with o', R' from the pose at its end: this is
+//! how contact knows the velocity of the tool's surface (PlasticineLab).
 
 mod capsule;
 mod cuboid;

@@ -2,6 +2,26 @@
 //!
 //! A pose and the substep's share of the action come in, the next pose goes out (PlasticineLab's
 //! kinematics). Imports quaternions.
+//!
+//! An action `a` in [-1, 1] moves a tool for a control step of N substeps; each substep gets
+//!
+//! ```text
+//! u = clip(a, -1, 1) scale / N
+//! ```
+//!
+//! With position p, orientation q (a unit quaternion; `exp(w)` is that of the axis-angle w), R(q) its matrix, y the unit
+//! vector upward, and `[.]` the clamp to the tool's bounds:
+//!
+//! ```text
+//! rolling pin   d = y x (R(q) (-y))                            across the pin
+//!               p <- [p + d (0.03 u_roll + u_slide) + y u_rise]
+//!               q <- exp(-u_yaw y) q exp(u_roll y)             yaw in the world, roll about its own axis
+//! translation   p <- [p + u]
+//! rigid         p <- [p + u_xyz],  q <- exp(w) q               turns about the world's axes
+//! gripper       p <- [p + u_xyz],  q <- q exp(w),  gap <- [gap - u_gap]
+//! ```
+//!
+//! and q is normalised. Where a clamp or a clip holds, the derivative is zero.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};

@@ -2,6 +2,16 @@
 //!
 //! Start poses and actions come in, poses go out; adjoints of poses come in, those of the actions go out.
 //! Imports motion.
+//!
+//! Tools feel nothing of the dough, so their paths are known before the first substep: `P_{t+1} = advance(P_t, a_s)`
+//! for substep t of control step s. Backwards, contact in substep t adds to the adjoints of P_t and P_{t+1}, in this
+//! order:
+//!
+//! ```text
+//! P_{t+1}_adj += contact's share at the substep's end
+//! (P_t_adj, a_s_adj) = advance_adj(P_{t+1}_adj),  a_s_adj added up over the control step
+//! P_t_adj     += contact's share at its start
+//! ```
 
 use super::motion::{advance, advance_adj, substep_share, substep_share_adj};
 use super::{PoseAdj, Tool, ToolPose};

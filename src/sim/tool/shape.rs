@@ -2,6 +2,16 @@
 //!
 //! A point in the shape's own frame comes in. Distances are PlasticineLab's; box and knife normals are its
 //! central differences, so that results agree with it; all other normals are exact. Imports the shapes' own files.
+//!
+//! A signed distance d(p) is the distance to the surface, negative inside; its gradient has length 1 and points
+//! outward. Formulas stand in each shape's file. Every length is softened, `|u| = sqrt(u . u + 1e-14)`, so that it
+//! can be differentiated at 0, and so
+//!
+//! ```text
+//! n = u / |u|:     u_adj = n_adj / |u| - u (u . n_adj) / |u|^3
+//! ```
+//!
+//! The central difference of step h = 1e-4 m, `g_a = (d(p + h e_a) - d(p - h e_a)) / 2h`, rounds edges off over 2h.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! A ball.
 //!
-//! A point in the ball's frame comes in; distance and derivatives go out.
+//! A point in the ball's frame comes in; distance `|p| - radius` and its derivatives go out.
 
 use nalgebra::Vector3;
 

@@ -2,6 +2,10 @@
 //!
 //! A point in the torus's frame comes in (axis along y, centred); distance, gradient and the gradient's
 //! adjoint go out. In the half-plane of the point and the axis a torus is a circle around the ring.
+//!
+//! ```text
+//! c = (sqrt(p_x^2 + p_z^2) - radius, p_y),   d = |c| - tube_radius
+//! ```
 
 use nalgebra::Vector3;
 
