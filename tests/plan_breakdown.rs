@@ -55,11 +55,11 @@ fn an_iteration_that_breaks_down_is_rejected_and_the_last_good_actions_are_kept(
     let goal = Goal { reachable: &world.target, active: &active, weights: scene.planner.loss_weights };
     let mut heard = 0;
     let horizon = optimize(&mut sim, &world.start, &pose, &goal, &scene.planner, |_| heard += 1).unwrap();
-    assert!(horizon.fault.is_some(), "the first step at rate 1 is full speed");
-    assert_eq!((horizon.losses.len(), heard), (1, 1));
-    assert_eq!(horizon.actions, vec![vec![0.0; 3]; STEPS], "the actions that worked");
-    assert!(horizon.end.x.as_flattened().iter().all(|v| v.is_finite()));
-    assert_eq!(horizon.frames.len(), STEPS);
+    assert!(horizon.fault.is_some(), "a step at rate 1 is full speed");
+    assert!((1..scene.planner.iterations).contains(&heard), "{heard}");
+    assert_eq!(horizon.losses.len(), heard);
+    sim.rollout(&world.start, &[pose], &horizon.actions).expect("the actions that are kept worked");
+    assert_eq!(sim.state(STEPS), horizon.end);
 }
 
 fn plan(method: Method) {
