@@ -2,6 +2,7 @@
 //!
 //! A [`TaskRun`] and what it was made from come in, a [`RunRecord`] goes out. Imports task and store.
 
+use crate::llm::repair::Conversation;
 use crate::llm::stage::Stage;
 use crate::store::record::{PlanFile, RunRecord, Segment, StagePlan, StageSummary, Summary};
 use crate::store::trajectory::{Step, Trajectory};
@@ -19,6 +20,7 @@ pub struct RunInputs<'a> {
     pub task_file: &'a str,
     pub stages: &'a [Stage],
     pub response: Option<&'a str>,
+    pub conversation: Option<&'a Conversation>,
     pub seed: u64,
     pub command: String,
 }
@@ -51,6 +53,7 @@ pub fn record(inputs: &RunInputs<'_>, run: &TaskRun) -> RunRecord {
             method: METHOD.to_owned(),
             task_file: inputs.task_file.to_owned(),
             response: inputs.response.map(str::to_owned),
+            conversation: inputs.conversation.cloned(),
             params: scene.params.clone(),
             planner: scene.planner.clone(),
             tools: scene.tools.iter().map(|t| t.tool.clone()).collect(),
@@ -138,5 +141,7 @@ fn summary(inputs: &RunInputs<'_>, run: &TaskRun, version: &str) -> Summary {
         score_ceiling: Some(run.ceiling()),
         estimator: ESTIMATOR.to_owned(),
         version: version.to_owned(),
+        model: inputs.conversation.map(|c| c.model.clone()),
+        answers: inputs.conversation.map(|c| c.attempts.len()),
     }
 }

@@ -33,7 +33,7 @@ pub fn completion(json: &Value, url: String) -> Result<Completion, ModelError> {
             return Err(ModelError::CutOff { tokens: output_tokens });
         }
         Some("refusal") => {
-            let said = if text.is_empty() { "it says nothing more".into() } else { one_line(&text.into()) };
+            let said = if text.is_empty() { "it says nothing more".into() } else { one_line(&text) };
             return Err(ModelError::Declined { said });
         }
         _ => {}

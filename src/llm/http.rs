@@ -204,7 +204,13 @@ impl Http {
         let after = retry_after(response.headers(), SystemTime::now());
         let bytes = self.read(&mut response, attempt);
         if status.is_success() {
-            return self.parse(&bytes?, attempt);
+            let bytes = bytes?;
+            let json = self.parse(&bytes, attempt)?;
+            // Some servers that pass questions on report others' errors like this.
+            if json.get("error").is_some_and(|error| !error.is_null()) {
+                return Err(Failure::last(refused(status.as_u16(), self.said(&bytes, &json))));
+            }
+            return Ok(json);
         }
         // What a server says about an error may break off: then that is all it says.
         let bytes = bytes.unwrap_or_default();

@@ -19,11 +19,6 @@ pub fn request(model: &str, conversation: &[Message], max_tokens: Option<u32>, i
 
 /// The answer in a server's JSON.
 pub fn completion(json: &Value, url: String) -> Result<Completion, ModelError> {
-    if let Some(error) = json.get("error").filter(|error| !error.is_null()) {
-        let message = error.pointer("/message").unwrap_or(error);
-        let what = format!("an error in place of an answer: {}", one_line(message));
-        return Err(ModelError::Empty { url, what });
-    }
     let Some(choices) = json.get("choices").and_then(Value::as_array) else {
         return Err(ModelError::UnknownForm { url, what: "there is no list `choices`".into() });
     };
@@ -40,7 +35,7 @@ pub fn completion(json: &Value, url: String) -> Result<Completion, ModelError> {
         _ => {}
     }
     if let Some(said) = choice.pointer("/message/refusal").and_then(Value::as_str) {
-        return Err(ModelError::Declined { said: one_line(&said.into()) });
+        return Err(ModelError::Declined { said: one_line(said) });
     }
     let text = without_thinking(&text_of(&choice["message"]["content"]));
     if text.trim().is_empty() {
@@ -66,9 +61,8 @@ fn without_thinking(text: &str) -> String {
     thinking.map_or(text, |(_, answer)| answer.trim_start()).to_owned()
 }
 
-/// A JSON value as one short line without control characters.
-pub(super) fn one_line(value: &Value) -> String {
-    let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+/// A text as one short line without control characters.
+pub(super) fn one_line(text: &str) -> String {
     let plain: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     plain.split_whitespace().collect::<Vec<_>>().join(" ").chars().take(300).collect()
 }
@@ -112,7 +106,6 @@ mod tests {
             (json!({"choices": []}), "empty"),
             (json!({"choices": [{"message": {"content": null}}]}), "no text"),
             (json!({"output": 1}), "choices"),
-            (json!({"error": {"message": "no\nsuch"}}), "no such"),
             (json!({"choices": [{"message": {"refusal": "I won't"}}]}), "I won't"),
             (json!({"choices": [{"finish_reason": "content_filter"}]}), "filter"),
             (

@@ -136,6 +136,8 @@ fn summary(n: usize) -> Summary {
         score_ceiling: Some(0.98),
         estimator: "made up".into(),
         version: "0.1.0".into(),
+        model: None,
+        answers: None,
     }
 }
 
@@ -148,6 +150,7 @@ fn plan(segments: Vec<Segment>) -> PlanFile {
         method: "make-a-donut".into(),
         task_file: "name = \"spread\"\n# </script><script>alert(1)</script>\n".into(),
         response: None,
+        conversation: None,
         params: Params::default(),
         planner: settings(),
         tools: vec![rolling_pin()],
