@@ -166,7 +166,7 @@ fn lost_connections_are_tried_again() {
 fn truncated_json() {
     let truncated = "{\"choices\": [{\"message\": {\"content\": \"### Step";
     let error = error_of(Reply::Full(200, "", truncated.into()), 5);
-    assert!(error.contains("breaks off after 45 bytes") && error.contains("5 attempts"), "{error}");
+    assert!(error.contains("breaks off after 46 bytes") && error.contains("5 attempts"), "{error}");
     let html = error_of(Reply::Full(200, "", "<html>\u{1b}[31m\nWelcome".into()), 1);
     assert!(html.contains("begins with `<html> [31m Welcome`") && html.contains("--llm-url"), "{html}");
 }
