@@ -104,7 +104,7 @@ pub struct Http {
 
 /// A request that failed, and whether another may succeed.
 struct Failure {
-    error: ModelError,
+    error: Box<ModelError>,
     reason: String,
     again: bool,
     /// The wait that the server asks for.
@@ -176,11 +176,11 @@ impl Http {
                 Err(failure) => failure,
             };
             if !failure.again || attempt == attempts {
-                return Err(failure.error);
+                return Err(*failure.error);
             }
             let wait = failure.after.unwrap_or_else(|| self.patience.back_off(attempt));
             if wait > self.patience.longest_wait {
-                return Err(too_long_a_wait(failure.error, wait));
+                return Err(too_long_a_wait(*failure.error, wait));
             }
             (self.waiter)(&Pause { attempt, attempts, reason: failure.reason, wait });
             attempt += 1;
@@ -224,11 +224,11 @@ impl Http {
             429 if used_up => ModelError::QuotaUsedUp { url, status, said },
             408 | 429 | 500.. => {
                 let error = ModelError::Busy { url, attempts: attempt, status, said };
-                return Err(Failure { error, reason, again: true, after });
+                return Err(Failure { error: error.into(), reason, again: true, after });
             }
             _ => refused(status, said),
         };
-        Err(Failure { error, reason, again: false, after })
+        Err(Failure { error: error.into(), reason, again: false, after })
     }
 
     fn read(&self, response: &mut Response, attempt: u32) -> Result<Vec<u8>, Failure> {
@@ -264,7 +264,7 @@ impl Http {
         };
         let error =
             ModelError::Unreachable { url: self.shown_url(), attempts: attempt, reason: reason.clone() };
-        Failure { error, reason, again: true, after: None }
+        Failure { error: error.into(), reason, again: true, after: None }
     }
 
     /// A server that takes too long once will do so again: there is no other attempt.
@@ -276,7 +276,7 @@ impl Http {
     fn broken_off(&self, bytes: usize, attempt: u32) -> Failure {
         let error = ModelError::BrokenOff { url: self.shown_url(), attempts: attempt, bytes };
         let reason = format!("the answer breaks off after {bytes} bytes");
-        Failure { error, reason, again: true, after: None }
+        Failure { error: error.into(), reason, again: true, after: None }
     }
 
     /// What a server says about an error, in one line.
@@ -308,7 +308,7 @@ impl Http {
 
 impl Failure {
     fn last(error: ModelError) -> Self {
-        Self { reason: error.to_string(), error, again: false, after: None }
+        Self { reason: error.to_string(), error: error.into(), again: false, after: None }
     }
 }
 
