@@ -4,6 +4,7 @@
 //! ran to its end without reaching the target's threshold, or `gradcheck` found a wrong gradient, 2 an error. Results go to standard
 //! output, progress and errors to standard error.
 
+mod ask;
 mod bench;
 mod bench_emd;
 mod check;
@@ -11,11 +12,13 @@ mod emd;
 mod gradcheck;
 mod plan;
 mod progress;
+mod prompt;
 mod record;
 mod simulate;
 mod subgoals;
 mod tasks;
 mod view;
+mod wanted;
 
 use std::process::ExitCode;
 
@@ -37,6 +40,7 @@ enum Command {
     Tasks(tasks::TasksArgs),
     Check(check::CheckArgs),
     View(view::ViewArgs),
+    Prompt(prompt::PromptArgs),
     Subgoals(subgoals::SubgoalsArgs),
     Emd(emd::EmdArgs),
     Simulate(simulate::SimulateArgs),
@@ -60,6 +64,7 @@ pub fn main() -> ExitCode {
         Command::Tasks(args) => tasks::run(args).map(|()| ExitCode::SUCCESS),
         Command::Check(args) => check::run(args).map(|()| ExitCode::SUCCESS),
         Command::View(args) => view::run(&args),
+        Command::Prompt(args) => prompt::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Subgoals(args) => subgoals::run(&args),
         Command::Emd(args) => emd::run(&args),
         Command::Simulate(args) => simulate::run(&args),

@@ -1,29 +1,29 @@
 //! `donut plan`: plans a task and executes it in simulation.
 //!
-//! A task and, where it needs one, a language model's answer come in; a run directory and a table go out.
+//! A task or a description and, where it needs one, a language model's answer come in; a run directory and a table
+//! go out.
 //! Imports everything below.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use clap::Args;
 use comfy_table::{Table, presets};
 
+use super::ask::{AskArgs, ask, quoted};
 use super::progress::ProgressLine;
 use super::record::{RunInputs, record};
-use super::subgoals::explained;
-use crate::llm::recorded::recorded;
-use crate::llm::stage::Stage;
-use crate::llm::stages_from_answer;
+use super::wanted::{Planned, Wanted, WantedArgs};
+use crate::llm::prompt::plan_prompt;
+use crate::llm::repair::Conversation;
 use crate::plan::settings::{Effort, Method, SearchSettings};
 use crate::sim::{Options, SimdLevel};
 use crate::store::atomic::RunDir;
 use crate::store::record::Summary;
 use crate::store::run_dir::write_and_commit;
+use crate::task::Scene;
 use crate::task::run::{Planning, run_task};
-use crate::task::source::TaskSource;
-use crate::task::{Scene, Target};
 use crate::view::report;
 
 /// Plans a task and executes the plan in simulation.
@@ -32,16 +32,20 @@ use crate::view::report;
     Examples:\n  \
     donut plan --task donut                             with a recorded answer, no network\n  \
     donut plan --task donut --response answer.md        with an answer of your own\n  \
+    donut plan --task donut --llm openai:gpt-5          with a live model (OPENAI_API_KEY)\n  \
+    donut plan --task donut --llm openai:qwen3 --llm-url http://127.0.0.1:11434/v1\n  \
+    donut plan --task donut --llm record:said=anthropic:claude-sonnet-4-5\n  \
+    donut plan --task donut --llm replay:said           what was recorded, without network\n  \
+    donut plan --describe 'The dough is a ball with radius 1. Make a bagel.' --llm openai:gpt-5\n  \
     donut plan --task my-task.toml --out runs/mine      a task of your own (see `donut tasks --show donut`)")]
 pub struct PlanArgs {
-    /// A task's name (see `donut tasks`) or the path of a task file.
-    #[arg(long, value_name = "NAME|FILE.toml")]
-    task: String,
+    #[command(flatten)]
+    wanted: WantedArgs,
     /// A language model's answer to take the stages from.
-    #[arg(long, value_name = "RESPONSE.md", conflicts_with = "answer")]
+    #[arg(long, value_name = "RESPONSE.md", conflicts_with_all = ["answer", "llm", "without_volume_reasoning"])]
     response: Option<PathBuf>,
     /// Which of the task's recorded answers to take the stages from, from 1.
-    #[arg(long, value_name = "K", default_value_t = 1)]
+    #[arg(long, value_name = "K", default_value_t = 1, conflicts_with = "llm")]
     answer: usize,
     /// Which of the task's generated targets to aim at, from 0, where the task generates them.
     #[arg(long, value_name = "I", default_value_t = 0)]
@@ -77,17 +81,30 @@ pub struct PlanArgs {
     /// every machine; the others give the same bits as one another.
     #[arg(long, value_enum)]
     simd: Option<SimdLevel>,
+    // The last one: its heading holds for all that follow.
+    #[command(flatten)]
+    asking: AskArgs,
+}
+
+/// An answer, and how it was come by.
+#[derive(Default)]
+struct Said {
+    response: Option<String>,
+    conversation: Option<Conversation>,
 }
 
 /// Runs the subcommand.
 pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
-    let source = TaskSource::find(&args.task)?;
-    let mut scene = source.scene()?;
-    args.override_scene(&mut scene);
-    let (stages, response) = args.stages(&scene)?;
-    let out = args.out.clone().unwrap_or_else(|| Path::new("runs").join(&scene.name));
+    let wanted = args.wanted.find()?;
+    let out = args.out.clone().unwrap_or_else(|| Path::new("runs").join(wanted.name()));
+    // Before a model is asked: an answer may cost something.
     let dir = RunDir::create(&out)?;
     let options = args.options()?;
+    let (Planned { source, mut scene, stages, warnings }, said) = args.planned(&wanted, &out)?;
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
+    }
+    args.override_scene(&mut scene);
 
     let mut progress = ProgressLine::new(scene.planner.max_steps);
     let planning = Planning { method: args.method, search: SearchSettings::of(args.effort) };
@@ -99,7 +116,8 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
         task_file: &source.text,
         stages: &stages,
         planning: &planning,
-        response: response.as_deref(),
+        response: said.response.as_deref(),
+        conversation: said.conversation.as_ref(),
         seed: args.seed,
         command: args.command_line(),
     };
@@ -135,40 +153,48 @@ impl PlanArgs {
         Ok(Options { threads: self.threads.map_or_else(all, usize::from), simd, ..Options::default() })
     }
 
-    /// The stages, and the answer they came from if there is one.
-    fn stages(&self, scene: &Scene) -> anyhow::Result<(Vec<Stage>, Option<String>)> {
-        if let Some(path) = &self.response {
-            ensure!(
-                matches!(scene.target, Target::Stages { .. }),
-                "the task `{}` generates its target; --response is for tasks with [target.stages]",
-                scene.name
-            );
+    /// The task with its stages, and the answer they came from if there is one.
+    fn planned(&self, wanted: &Wanted, out: &Path) -> anyhow::Result<(Planned, Said)> {
+        if let Some(mut model) = self.asking.model()? {
+            let prompt = plan_prompt(self.asking.variant(), wanted.line("--llm")?);
+            let judge = |text: &str| wanted.planned(text).map_err(|unusable| unusable.for_model(text));
+            let (planned, conversation) = ask(&mut *model, prompt, judge, out)?;
+            let response = conversation.attempts.last().map(|attempt| attempt.answer.text.clone());
+            return Ok((planned, Said { response, conversation: Some(conversation) }));
+        }
+        let (text, name) = if let Some(path) = &self.response {
+            wanted.line("--response")?;
             let text = std::fs::read_to_string(path)
                 .with_context(|| format!("cannot read the answer {}", path.display()))?;
-            let stages = answered(&text, &path.display().to_string())?;
-            return Ok((stages, Some(text)));
-        }
-        if let Some(stages) = scene.generated_stages(self.seed, self.target) {
-            return Ok((stages, None));
-        }
-        let Target::Stages { recorded_answers: Some(set), .. } = &scene.target else {
-            bail!("the task `{}` has no recorded answer; give one with --response FILE.md", scene.name);
+            (text, path.display().to_string())
+        } else {
+            if let Wanted::Task { source, scene } = wanted
+                && let Some(stages) = scene.generated_stages(self.seed, self.target)
+            {
+                let (source, scene) = (source.clone(), (**scene).clone());
+                return Ok((Planned { source, scene, stages, warnings: Vec::new() }, Said::default()));
+            }
+            let (text, name) = wanted.recorded(self.answer, self.asking.variant())?;
+            (text.to_owned(), name)
         };
-        let Some(text) = recorded(set, self.answer) else {
-            bail!("the set `{set}` has no recorded answer {}; --answer counts from 1", self.answer);
-        };
-        let stages = answered(text, &format!("recorded answer {} of `{set}`", self.answer))?;
-        Ok((stages, Some(text.to_owned())))
+        let mut planned = wanted.planned(&text).map_err(|unusable| unusable.explained(&name))?;
+        for warning in &mut planned.warnings {
+            *warning = format!("{name}: {warning}");
+        }
+        Ok((planned, Said { response: Some(text), conversation: None }))
     }
 
     /// The command that makes the same run.
     fn command_line(&self) -> String {
-        let mut line = format!("donut plan --task {} --seed {}", self.task, self.seed);
+        let mut line = "donut plan".to_owned();
         let mut add = |flag: &str, value: Option<String>| {
             if let Some(value) = value {
-                line += &format!(" --{flag} {value}");
+                line += &format!(" --{flag} {}", quoted(&value));
             }
         };
+        add("task", self.wanted.task.clone());
+        add("describe", self.wanted.describe.clone());
+        add("seed", Some(self.seed.to_string()));
         add("response", self.response.as_ref().map(|p| p.display().to_string()));
         add("answer", (self.answer != 1).then(|| self.answer.to_string()));
         add("target", (self.target != 0).then(|| self.target.to_string()));
@@ -180,17 +206,8 @@ impl PlanArgs {
         );
         add("iterations", self.iterations.map(|n| n.to_string()));
         add("max-steps", self.max_steps.map(|n| n.to_string()));
-        line
+        line + &self.asking.command_line()
     }
-}
-
-/// The stages of an answer; its warnings go to standard error.
-fn answered(text: &str, name: &str) -> anyhow::Result<Vec<Stage>> {
-    let answer = stages_from_answer(text).map_err(|error| explained(name, &error))?;
-    for warning in &answer.warnings {
-        eprintln!("warning: {name}: {warning}");
-    }
-    Ok(answer.stages)
 }
 
 fn print_summary(summary: &Summary, out: &Path) {

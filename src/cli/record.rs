@@ -2,6 +2,7 @@
 //!
 //! A [`TaskRun`] and what it was made from come in, a [`RunRecord`] goes out. Imports task and store.
 
+use crate::llm::repair::Conversation;
 use crate::llm::stage::Stage;
 use crate::math::cloud::Point;
 use crate::store::record::{PlanFile, RunRecord, Segment, StagePlan, StageSummary, Summary};
@@ -19,6 +20,7 @@ pub struct RunInputs<'a> {
     pub stages: &'a [Stage],
     pub planning: &'a Planning,
     pub response: Option<&'a str>,
+    pub conversation: Option<&'a Conversation>,
     pub seed: u64,
     pub command: String,
 }
@@ -51,6 +53,7 @@ pub fn record(inputs: &RunInputs<'_>, run: &TaskRun) -> RunRecord {
             method: inputs.planning.method.name(),
             task_file: inputs.task_file.to_owned(),
             response: inputs.response.map(str::to_owned),
+            conversation: inputs.conversation.cloned(),
             params: scene.params.clone(),
             planner: scene.planner.clone(),
             search: Some(inputs.planning.search.clone()),
@@ -140,5 +143,7 @@ fn summary(inputs: &RunInputs<'_>, run: &TaskRun, version: &str) -> Summary {
         shape: Some(run.shape.clone()),
         estimator: ESTIMATOR.to_owned(),
         version: version.to_owned(),
+        model: inputs.conversation.map(|c| c.model.clone()),
+        answers: inputs.conversation.map(|c| c.attempts.len()),
     }
 }

@@ -87,6 +87,13 @@ pub fn recorded_without_volume_reasoning(task: &str, index: usize) -> Option<&'s
     find(task, false, index)
 }
 
+/// The name under which answers to a task's line are recorded, if there are any.
+pub fn set_of_line(task_line: &str) -> Option<String> {
+    let manifest: serde_json::Value = serde_json::from_str(MANIFEST).ok()?;
+    let entry = manifest.as_array()?.iter().find(|entry| entry["task_line"] == task_line)?;
+    entry["task"].as_str().map(str::to_owned)
+}
+
 fn find(task: &str, volume_reasoning: bool, index: usize) -> Option<&'static str> {
     let wanted = (task, volume_reasoning, index);
     all().find(|r| (r.task, r.volume_reasoning, r.index) == wanted).map(|r| r.text)
@@ -101,6 +108,7 @@ mod tests {
         let manifest: serde_json::Value = serde_json::from_str(MANIFEST).unwrap();
         assert_eq!(manifest.as_array().unwrap().len(), all().count());
         assert!(recorded("donut", 4).is_some() && recorded("bagel", 1).is_some());
+        assert_eq!(set_of_line("Make it."), None);
         assert!(recorded("donut", 5).is_none() && recorded_without_volume_reasoning("bagel", 1).is_none());
     }
 }

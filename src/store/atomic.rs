@@ -17,6 +17,8 @@ use super::error::StoreError;
 pub const COMPLETION_MARK: &str = "summary.json";
 /// The file by which an earlier run is told from somebody's other directory.
 pub const RUN_MARK: &str = "plan.json";
+/// Files that not every run has: those of an earlier run do not stay beside a run without.
+pub const OPTIONAL: [&str; 1] = ["conversation.txt"];
 
 /// Writes `bytes` to `path`, whole or not at all.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
@@ -102,6 +104,12 @@ impl RunDir {
             .and_then(|entries| entries.map(|e| Ok(e?.file_name())).collect::<std::io::Result<_>>())
             .map_err(StoreError::read(&self.staging))?;
         names.sort_by_key(|name| (name == COMPLETION_MARK, name.clone()));
+        for optional in OPTIONAL {
+            let place = self.target.join(optional);
+            if place.exists() {
+                fs::remove_file(&place).map_err(StoreError::write(&place))?;
+            }
+        }
         for name in names {
             let place = self.target.join(&name);
             fs::rename(self.staging.join(&name), &place).map_err(StoreError::write(&place))?;
@@ -174,7 +182,11 @@ mod tests {
             let run = RunDir::create(&out).unwrap();
             fs::write(run.path().join(RUN_MARK), text).unwrap();
             fs::write(run.path().join(COMPLETION_MARK), text).unwrap();
+            if text == "first" {
+                fs::write(run.path().join(OPTIONAL[0]), text).unwrap();
+            }
             run.commit().unwrap();
+            assert_eq!(out.join(OPTIONAL[0]).exists(), text == "first");
             fs::write(out.join("notes.txt"), "mine").unwrap();
         }
         assert_eq!(names(&out), ["notes.txt", RUN_MARK, COMPLETION_MARK]);

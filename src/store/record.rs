@@ -1,7 +1,7 @@
 //! What a run is, as plain data: the summary, the plan that replays it, and the frames.
 //!
 //! The planner's caller fills these types in; `run_dir` writes and reads them, `view` draws them. Imports
-//! `sim`'s tool and parameter types and `plan`'s settings.
+//! `sim`'s tool and parameter types, `llm`'s conversation and `plan`'s settings.
 //!
 //! A **frame** is the state after a control step; frame 0 is the initial state, so T steps make T + 1
 //! frames. A **segment** is what is optimised and executed together (at most the horizon L); a
@@ -10,6 +10,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::trajectory::Trajectory;
+use crate::llm::repair::Conversation;
 use crate::plan::settings::{PlannerSettings, SearchSettings};
 use crate::sim::params::Params;
 use crate::sim::tool::{Tool, ToolPose};
@@ -60,6 +61,12 @@ pub struct Summary {
     /// Version of donut.
     #[serde(default)]
     pub version: String,
+    /// The language model that was asked, `PROVIDER:MODEL`, if one was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
+    /// How often it answered until an answer could be used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub answers: Option<usize>,
 }
 
 /// How well one stage went.
@@ -99,6 +106,9 @@ pub struct PlanFile {
     pub task_file: String,
     /// The language model's answer that the stages came from, if one did.
     pub response: Option<String>,
+    /// Everything that was said, if a language model was asked for this run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conversation: Option<Conversation>,
     pub params: Params,
     pub planner: PlannerSettings,
     /// Parameters of the method `donut`.

@@ -1,6 +1,7 @@
-//! A run directory: summary.json, plan.json, trajectory.npz and report.html.
+//! A run directory: summary.json, plan.json, trajectory.npz, report.html, and conversation.txt if a language
+//! model was asked.
 //!
-//! A [`RunRecord`] and its report (from `view::report`, a layer above) come in, four files go out, and the
+//! A [`RunRecord`] and its report (from `view::report`, a layer above) come in, these files go out, and the
 //! record comes back from three of them. Imports `store`'s other files.
 
 use std::fs;
@@ -9,7 +10,7 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::atomic::{self, COMPLETION_MARK, RUN_MARK, RunDir};
+use super::atomic::{self, COMPLETION_MARK, OPTIONAL, RUN_MARK, RunDir};
 use super::error::StoreError;
 use super::record::RunRecord;
 use super::trajectory::Trajectory;
@@ -18,12 +19,16 @@ const SUMMARY: &str = COMPLETION_MARK;
 const PLAN: &str = RUN_MARK;
 const TRAJECTORY: &str = "trajectory.npz";
 const REPORT: &str = "report.html";
+const CONVERSATION: &str = OPTIONAL[0];
 
 /// Writes a run's files into `dir`, which has to exist. For a run directory that appears whole, pass
 /// [`RunDir::path`] and commit afterwards, or call [`write_and_commit`].
 pub fn write_run(dir: &Path, run: &RunRecord, report: &str) -> Result<(), StoreError> {
     run.trajectory.write(&dir.join(TRAJECTORY))?;
     write_json(&dir.join(PLAN), &run.plan)?;
+    if let Some(conversation) = &run.plan.conversation {
+        atomic::write(&dir.join(CONVERSATION), conversation.to_text().as_bytes())?;
+    }
     atomic::write(&dir.join(REPORT), report.as_bytes())?;
     write_json(&dir.join(SUMMARY), &run.summary)
 }

@@ -21,6 +21,9 @@ pub enum TaskError {
 
     #[error("{file}, line {line}: `{key}` {problem}")]
     Value { file: String, line: usize, key: String, problem: String },
+
+    #[error("the text of --describe {problem}")]
+    Description { problem: String },
 }
 
 /// Why a plan cannot be carried out in a task's world.

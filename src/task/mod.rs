@@ -1,9 +1,10 @@
 //! Tasks: files, checked scenes, pieces of dough, and subgoals in the simulator's world.
 //!
-//! A `--task` argument becomes a [`Scene`]; a language model's stages become a [`StagePlan`], and that, stage
-//! by stage, a [`Subgoal`] for the particles at hand. Imports math, sim, llm's stage type and the planner's
-//! settings.
+//! A `--task` argument, or a [`Description`] and an answer to it, becomes a [`Scene`]; a language model's stages
+//! become a [`StagePlan`], and that, stage by stage, a [`Subgoal`] for the particles at hand. Imports math, sim,
+//! llm's stage type and the planner's settings.
 
+pub mod describe;
 pub mod error;
 pub mod file;
 pub mod generate;
@@ -20,7 +21,9 @@ pub mod subgoal;
 pub mod tools;
 mod values;
 pub mod volume;
+mod words;
 
+pub use describe::Description;
 pub use error::{StageError, TaskError};
 pub use pieces::{Piece, PieceId, Pieces};
 pub use scene::{Scene, Target};

@@ -137,6 +137,8 @@ fn summary(n: usize) -> Summary {
         shape: None,
         estimator: "made up".into(),
         version: "0.1.0".into(),
+        model: None,
+        answers: None,
     }
 }
 
@@ -149,6 +151,7 @@ fn plan(segments: Vec<Segment>) -> PlanFile {
         method: "make-a-donut".into(),
         task_file: "name = \"spread\"\n# </script><script>alert(1)</script>\n".into(),
         response: None,
+        conversation: None,
         params: Params::default(),
         planner: settings(),
         search: None,
