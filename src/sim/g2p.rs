@@ -1,7 +1,20 @@
 //! Grid to particles (G2P) with advection, and the adjoint of both.
 //!
-//! Grid velocities come in; a part's new velocities, affine matrices and positions go out (APIC, Jiang et
-//! al. 2015). Imports the transfers.
+//! Grid velocities come in; a part's new velocities, affine matrices and positions go out (\[APIC]). Imports the
+//! transfers.
+//!
+//! ```text
+//! v_p = sum_i w_ip v_i
+//! C_p = 4/dx^2 sum_i w_ip v_i (x_i - x_p)^T            4/dx^2: inverse of APIC's D_p, quadratic weights
+//! x_p <- clamp(x_p + dt v_p)
+//! ```
+//!
+//! *The adjoint* scatters; with x_adj that of the new position (zero where it was clamped) and `u = v_adj + dt x_adj`:
+//!
+//! ```text
+//! v_i_adj = sum_p w_ip (u + 4/dx^2 C_adj (x_i - x_p))
+//! x_p_adj = x_adj + sum_i (grad w_ip) v_i . (u + 4/dx^2 C_adj (x_i - x_p))  -  4/dx^2 C_adj^T v_p
+//! ```
 
 use super::block::{load_anchors, load_m3, load3, store_m3, store3};
 use super::kernel::{ParticleRows, no_rows, to_lanes, to_particles, weights};

@@ -3,6 +3,14 @@
 //! The parts' shares of momentum and mass come in and are summed in a fixed order; velocities go out. All nodes
 //! move freely first, in the particles' precision and many at once; those that a tool or a wall may touch are
 //! then taken one by one, in f64. Imports contact, boundary and layout.
+//!
+//! ```text
+//! v_i = boundary(contact(.. contact((m v)_i / m_i + dt g)))         contacts in the order of the tools
+//! ```
+//!
+//! *The adjoint* goes back through walls and tools ([`boundary`], [`contact`](super::contact)) and ends with
+//! `(m v)_i_adj = v_adj / m_i` and `m_i_adj = - v . v_adj / m_i`, v the velocity before gravity. Nodes without mass have
+//! no velocity and no adjoint.
 
 use std::ops::Range;
 

@@ -1,7 +1,25 @@
 //! Particles to grid (P2G) with the constitutive update before it, and the adjoint of both.
 //!
 //! A part's particles come in; their mass and momentum on the part's nodes and their new deformation go
-//! out (MLS-MPM, Hu et al. 2018, with APIC's affine matrix, Jiang et al. 2015). Imports the transfers.
+//! out (\[MLS-MPM], with the affine matrix of \[APIC]). Imports the transfers.
+//!
+//! ```text
+//! m_i     = sum_p w_ip m
+//! (m v)_i = sum_p w_ip (m v_p + A_p (x_i - x_p)),      A_p = m C_p - dt V 4/dx^2 tau_p
+//! ```
+//!
+//! A_p is what makes MLS-MPM short: the stress's force on a node, `- V tau grad w_ip`, has with quadratic weights the form
+//! `- V 4/dx^2 w_ip tau (x_i - x_p)`, and so joins the affine momentum. *The adjoint* gathers: with `g_i` the adjoint
+//! of (m v)_i and m_i as four components,
+//!
+//! ```text
+//! (m v_p)_adj = sum_i w_ip g_i
+//! A_p_adj     = sum_i w_ip g_i (x_i - x_p)^T
+//! x_p_adj     = sum_i (grad w_ip) g_i . (m v_p + A_p (x_i - x_p), m)  -  A_p^T sum_i w_ip g_i
+//! ```
+//!
+//! Weights move with particles, and the first term of x_p_adj says how: leaving it out, as some do, gives gradients that
+//! are wrong by as much as dough moves across cells.
 
 use super::block::{AXES, load_anchors, load_axes, load_m3, load3, store_axes, store_m3, store3};
 use super::constitutive::{inverted, trial, trial_adj, update, update_adj, update_in};
