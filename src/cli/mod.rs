@@ -7,7 +7,10 @@
 mod bench;
 mod check;
 mod emd;
+mod engine;
+mod eval;
 mod gradcheck;
+mod pieces_table;
 mod plan;
 mod progress;
 mod record;
@@ -35,6 +38,7 @@ enum Command {
     Check(check::CheckArgs),
     View(view::ViewArgs),
     Subgoals(subgoals::SubgoalsArgs),
+    Eval(eval::EvalArgs),
     Emd(emd::EmdArgs),
     Simulate(simulate::SimulateArgs),
     Gradcheck(gradcheck::GradcheckArgs),
@@ -50,6 +54,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(args).map(|()| ExitCode::SUCCESS),
         Command::View(args) => view::run(&args),
         Command::Subgoals(args) => subgoals::run(&args),
+        Command::Eval(args) => eval::run(&args),
         Command::Emd(args) => emd::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Gradcheck(args) => gradcheck::run(&args),

@@ -10,12 +10,11 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use comfy_table::{Table, presets};
 
+use super::engine::Engine;
 use super::progress::ProgressLine;
 use super::record::{RunInputs, record};
-use super::subgoals::explained;
 use crate::llm::recorded::recorded;
 use crate::llm::stage::Stage;
-use crate::llm::stages_from_answer;
 use crate::sim::{Options, SimdLevel};
 use crate::store::atomic::RunDir;
 use crate::store::record::Summary;
@@ -42,6 +41,9 @@ pub struct PlanArgs {
     /// Which of the task's recorded answers to take the stages from, from 1.
     #[arg(long, value_name = "K", default_value_t = 1)]
     answer: usize,
+    /// What runs the answer's code.
+    #[arg(long, value_enum, default_value_t)]
+    engine: Engine,
     /// Which of the task's generated targets to aim at, from 0, where the task generates them.
     #[arg(long, value_name = "I", default_value_t = 0)]
     target: u64,
@@ -135,7 +137,7 @@ impl PlanArgs {
             );
             let text = std::fs::read_to_string(path)
                 .with_context(|| format!("cannot read the answer {}", path.display()))?;
-            let stages = answered(&text, &path.display().to_string())?;
+            let stages = self.engine.answered(&text, &path.display().to_string())?.stages;
             return Ok((stages, Some(text)));
         }
         if let Some(stages) = scene.generated_stages(self.seed, self.target) {
@@ -147,7 +149,8 @@ impl PlanArgs {
         let Some(text) = recorded(set, self.answer) else {
             bail!("the set `{set}` has no recorded answer {}; --answer counts from 1", self.answer);
         };
-        let stages = answered(text, &format!("recorded answer {} of `{set}`", self.answer))?;
+        let name = format!("recorded answer {} of `{set}`", self.answer);
+        let stages = self.engine.answered(text, &name)?.stages;
         Ok((stages, Some(text.to_owned())))
     }
 
@@ -161,21 +164,13 @@ impl PlanArgs {
         };
         add("response", self.response.as_ref().map(|p| p.display().to_string()));
         add("answer", (self.answer != 1).then(|| self.answer.to_string()));
+        add("engine", (self.engine == Engine::Python).then(|| "python".to_owned()));
         add("target", (self.target != 0).then(|| self.target.to_string()));
         add("particles", self.particles.map(|n| n.to_string()));
         add("iterations", self.iterations.map(|n| n.to_string()));
         add("max-steps", self.max_steps.map(|n| n.to_string()));
         line
     }
-}
-
-/// The stages of an answer; its warnings go to standard error.
-fn answered(text: &str, name: &str) -> anyhow::Result<Vec<Stage>> {
-    let answer = stages_from_answer(text).map_err(|error| explained(name, &error))?;
-    for warning in &answer.warnings {
-        eprintln!("warning: {name}: {warning}");
-    }
-    Ok(answer.stages)
 }
 
 fn print_summary(summary: &Summary, out: &Path) {

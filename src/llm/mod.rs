@@ -3,11 +3,27 @@
 //! An answer comes in as markdown ([`reply`] takes it apart, [`answer`] runs its code and checks it) and
 //! goes out as [`stage::Stage`]s. Prompts and recorded answers are embedded ([`recorded`]). Imports `math`
 //! and `stagecode`.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `reply` | an answer taken apart, with `heading`, `fence`, `fields` and `values` for its parts |
+//! | `answer`, `answer_error` | its code run step by step; why there are no stages |
+//! | `checks`, `lineage`, `tools` | what looks wrong; which piece becomes which; names of tools |
+//! | `stage` | what comes out |
+//! | `recorded` | prompts and recorded answers |
 
 pub mod answer;
+mod answer_error;
+mod checks;
+mod fence;
 mod fields;
+mod heading;
+pub mod lineage;
 pub mod recorded;
 pub mod reply;
 pub mod stage;
+mod tools;
+mod values;
 
-pub use answer::{Answer, AnswerError, stages_from_answer};
+pub use answer::{Answer, stages_from_answer};
+pub use answer_error::AnswerError;

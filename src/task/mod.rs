@@ -8,8 +8,6 @@ pub mod error;
 pub mod file;
 pub mod generate;
 pub mod gradcheck;
-mod names;
-pub mod neighbours;
 pub mod pieces;
 pub mod resample;
 pub mod run;
@@ -19,7 +17,7 @@ pub mod source;
 pub mod subgoal;
 pub mod tools;
 mod values;
-pub mod volume;
+pub mod volume_suite;
 
 pub use error::{StageError, TaskError};
 pub use pieces::{Piece, PieceId, Pieces};

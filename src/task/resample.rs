@@ -7,8 +7,8 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet};
 
-use super::neighbours::{Neighbours, spacing};
-use super::volume::measure_volume;
+use crate::math::neighbours::{Neighbours, spacing};
+use crate::math::volume::measure_volume;
 use crate::math::cloud::Point;
 use crate::math::rng::{Pcg64, sample_indices, seeded, uniform};
 

@@ -105,7 +105,7 @@ impl Dough {
 mod tests {
     use super::*;
     use crate::math::cloud::centroid;
-    use crate::task::neighbours::{Neighbours, spacing};
+    use crate::math::neighbours::{Neighbours, spacing};
 
     const CENTER: Point = [0.5, 0.2, 0.4];
     const SOLIDS: [Solid; 3] = [
