@@ -45,9 +45,11 @@ fn headings(text: &str, make: impl Fn(&str, &str) -> String) -> String {
 
 /// Every line `in var name: A, out var name: B` made anew.
 fn in_and_out(text: &str, make: impl Fn(&str, &str) -> String) -> String {
-    prose(text, |line| match line.strip_prefix("in var name: ").and_then(|r| r.split_once(", out var name: ")) {
-        Some((a, b)) => make(a, b),
-        None => line.to_owned(),
+    prose(text, |line| {
+        match line.strip_prefix("in var name: ").and_then(|r| r.split_once(", out var name: ")) {
+            Some((a, b)) => make(a, b),
+            None => line.to_owned(),
+        }
     })
 }
 
@@ -72,7 +74,9 @@ const REWRITINGS: &[Rewriting] = &[
     ("no language", |t| t.replace("```python", "```")),
     ("Py, tildes", |t| t.replace("```python", "~~~Py").replace("```", "~~~")),
     ("language with a remark", |t| t.replace("```python", "```python title=\"code.py\"")),
-    ("indented fences", |t| by_line(t, |l, c| if c || l.starts_with("```") { format!("   {l}") } else { l.into() })),
+    ("indented fences", |t| {
+        by_line(t, |l, c| if c || l.starts_with("```") { format!("   {l}") } else { l.into() })
+    }),
     ("all indented", |t| by_line(t, |l, _| format!("  {l}"))),
     ("the paper's headings", |t| headings(t, |n, title| format!("Step [{n}]: {title}"))),
     ("plain headings", |t| headings(t, |n, title| format!("Step {n}: {title}"))),
@@ -97,17 +101,26 @@ const REWRITINGS: &[Rewriting] = &[
     ("numbered fields", |t| {
         let t = with_prefix(t, "tool name:", "1. Tool name:");
         let t = in_and_out(&t, |a, b| format!("4. Input variable: {a}\n5. Output variable: {b}"));
-        with_prefix(&with_prefix(&t, "loc:", "6) Location of each piece:"), "vol:", "7) Volume of each piece:")
+        with_prefix(
+            &with_prefix(&t, "loc:", "6) Location of each piece:"),
+            "vol:",
+            "7) Volume of each piece:",
+        )
     }),
     ("no colons", |t| {
         let t = with_prefix(t, "tool name:", "tool name");
-        let t = prose(&t, |l| l.strip_prefix("tool name ").map_or(l.to_owned(), |v| format!("tool name [{}]", v.trim().trim_matches(['[', ']']))));
+        let t = prose(&t, |l| {
+            l.strip_prefix("tool name ")
+                .map_or(l.to_owned(), |v| format!("tool name [{}]", v.trim().trim_matches(['[', ']'])))
+        });
         let t = in_and_out(&t, |a, b| format!("in var name {a}, out var name {b}"));
         with_prefix(&with_prefix(&t, "loc:", "loc"), "vol:", "vol")
     }),
     ("no comma between", |t| in_and_out(t, |a, b| format!("in var name: {a} out var name: {b}"))),
     ("single quotes", |t| prose(t, |l| l.replace('"', "'"))),
-    ("curly quotes", |t| prose(t, |l| l.replace(" \"", " “").replace("[\"", "[“").replace("{\"", "{“").replace('"', "”"))),
+    ("curly quotes", |t| {
+        prose(t, |l| l.replace(" \"", " “").replace("[\"", "[“").replace("{\"", "{“").replace('"', "”"))
+    }),
     ("no quotes", |t| prose(t, |l| l.replace('"', ""))),
     ("backticks", |t| prose(t, |l| l.replace('"', "`"))),
     ("unbroken blanks", |t| prose(t, |l| l.replace(' ', "\u{a0}"))),
@@ -140,33 +153,70 @@ const REWRITINGS: &[Rewriting] = &[
         prose(&t, |l| if l.starts_with("loc:") { format!("~~~text\n{l}\n~~~") } else { l.to_owned() })
     }),
     ("a table of fields", |t| {
-        let t = prose(t, |l| l.strip_prefix("tool name:").map_or(l.to_owned(), |v| format!("| field | value |\n|---|---|\n| **Tool name** | {} |", v.trim())));
+        let t = prose(t, |l| {
+            l.strip_prefix("tool name:").map_or(l.to_owned(), |v| {
+                format!("| field | value |\n|---|---|\n| **Tool name** | {} |", v.trim())
+            })
+        });
         in_and_out(&t, |a, b| format!("| In var name | {a} |\n| Out var name | {b} |"))
     }),
     ("tools in brackets", |t| {
-        prose(t, |l| l.strip_prefix("tool name:").map_or(l.to_owned(), |v| {
-            let v = v.trim().trim_matches(['[', ']']);
-            format!("Tool name: [{}{}]", v[..1].to_uppercase(), &v[1..])
-        }))
+        prose(t, |l| {
+            l.strip_prefix("tool name:").map_or(l.to_owned(), |v| {
+                let v = v.trim().trim_matches(['[', ']']);
+                format!("Tool name: [{}{}]", v[..1].to_uppercase(), &v[1..])
+            })
+        })
     }),
-    ("two blocks a step", |t| t.replace("```\nin var", "```\nThe variables of this step:\n```python\npass\n```\nin var")),
+    ("two blocks a step", |t| {
+        t.replace("```\nin var", "```\nThe variables of this step:\n```python\npass\n```\nin var")
+    }),
     ("code without fences", |t| t.replace("```python", "Python code:").replace("```", "")),
     ("code indented instead of fenced", |t| {
-        by_line(t, |l, c| if l.starts_with("```") { String::new() } else if c { format!("    {l}") } else { l.into() })
+        by_line(t, |l, c| {
+            if l.starts_with("```") {
+                String::new()
+            } else if c {
+                format!("    {l}")
+            } else {
+                l.into()
+            }
+        })
     }),
     ("wrapped in markdown", |t| format!("Here you go:\n\n```markdown\n{t}```\n\nI hope that this helps.\n")),
-    ("wrapped in a fence", |t| format!("```\n{}```\n", headings(t, |n, title| format!("Step [{n}]: {title}")))),
-    ("helpers first", |t| format!("First some imports.\n\n```python\nimport numpy as np\nimport math\n\ndef helper(n):\n    return np.zeros((n, 3))\n```\n\n{t}")),
+    ("wrapped in a fence", |t| {
+        format!("```\n{}```\n", headings(t, |n, title| format!("Step [{n}]: {title}")))
+    }),
+    ("helpers first", |t| {
+        format!(
+            "First some imports.\n\n```python\nimport numpy as np\nimport math\n\ndef helper(n):\n    return np.zeros((n, 3))\n```\n\n{t}"
+        )
+    }),
     ("a list of steps first", |t| {
-        let list: String = t.lines().filter(|l| l.starts_with("### Step ")).map(|l| format!("- {}\n", &l[4..])).collect();
+        let list: String =
+            t.lines().filter(|l| l.starts_with("### Step ")).map(|l| format!("- {}\n", &l[4..])).collect();
         format!("The plan has these steps:\n\n{list}\n---\n\n{t}")
     }),
     ("a summary behind", |t| {
-        let list: String = t.lines().filter(|l| l.starts_with("### Step ")).map(|l| format!("{}: done\n", &l[4..])).collect();
-        format!("{t}\n---\n\n### Summary\n\n{list}\nvol: {{\"everything\": 99}}\n\n```python\nimport matplotlib.pyplot as plt\nplt.show()\n```\n")
+        let list: String = t
+            .lines()
+            .filter(|l| l.starts_with("### Step "))
+            .map(|l| format!("{}: done\n", &l[4..]))
+            .collect();
+        format!(
+            "{t}\n---\n\n### Summary\n\n{list}\nvol: {{\"everything\": 99}}\n\n```python\nimport matplotlib.pyplot as plt\nplt.show()\n```\n"
+        )
     }),
     ("closing words", |t| format!("{t}\nThe volume is kept in every step, and the final shape: as asked.\n")),
-    ("steps of a derivation", |t| prose(t, |l| if l.starts_with("tool name") { format!("{l}\nStep 1: take the volume\nStep 2: divide by the height") } else { l.to_owned() })),
+    ("steps of a derivation", |t| {
+        prose(t, |l| {
+            if l.starts_with("tool name") {
+                format!("{l}\nStep 1: take the volume\nStep 2: divide by the height")
+            } else {
+                l.to_owned()
+            }
+        })
+    }),
     ("rules between steps", |t| headings(t, |n, title| format!("---\n\n### Step {n}: {title}"))),
     ("a byte order mark", |t| format!("\u{feff}{t}")),
 ];
@@ -189,10 +239,15 @@ fn outline(reply: &Reply) -> Vec<String> {
         let tools: Vec<String> = s.tools.iter().map(|(_, t)| plain(t)).collect();
         let volumes: Vec<String> =
             s.volumes.iter().map(|(n, v)| format!("{n}={}", v.split(' ').next().unwrap_or(""))).collect();
-        let code: String = s.code.iter().flat_map(|b| b.text.lines()).filter(|l| *l != "pass").map(plain).collect();
+        let code: String =
+            s.code.iter().flat_map(|b| b.text.lines()).filter(|l| *l != "pass").map(plain).collect();
         format!(
             "{} {} {tools:?} {:?} {:?} {:?} {volumes:?} {code}",
-            s.step, plain(&s.title), s.inputs.names, s.outputs.names, s.locations
+            s.step,
+            plain(&s.title),
+            s.inputs.names,
+            s.outputs.names,
+            s.locations
         )
     });
     steps.collect()
@@ -217,18 +272,25 @@ fn recorded_answers_are_understood_in_every_form() {
         for (k, (form, rewrite)) in REWRITINGS.iter().enumerate() {
             let text = rewrite(r.text);
             let name = format!("{} {} {}: {form}", r.task, r.volume_reasoning, r.index);
-            failures.extend(difference(&outline(&Reply::parse(&text)), &wanted).map(|d| format!("{name}: {d}")));
+            failures
+                .extend(difference(&outline(&Reply::parse(&text)), &wanted).map(|d| format!("{name}: {d}")));
             // Each form also runs, with one answer.
             if k % 30 == which {
                 let wanted = essence(&stages_from_answer(r.text).unwrap());
                 match stages_from_answer(&text) {
                     Err(error) => failures.push(format!("{name}: {error}")),
-                    Ok(answer) => failures.extend(difference(&essence(&answer), &wanted).map(|d| format!("{name}: {d}"))),
+                    Ok(answer) => failures
+                        .extend(difference(&essence(&answer), &wanted).map(|d| format!("{name}: {d}"))),
                 }
             }
         }
     }
-    assert!(failures.is_empty(), "{} failures\n{}", failures.len(), failures[..failures.len().min(40)].join("\n"));
+    assert!(
+        failures.is_empty(),
+        "{} failures\n{}",
+        failures.len(),
+        failures[..failures.len().min(40)].join("\n")
+    );
 }
 
 /// The first line of each file of tests/data/answers is a comment with what must come of it: for each step its number,
@@ -240,16 +302,28 @@ fn answers_in_the_form_of_the_paper_are_understood() {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let text = fs::read_to_string(&path).unwrap();
-        let wanted = text.lines().next().unwrap().trim_start_matches("<!--").trim_end_matches("-->").trim().to_owned();
+        let wanted =
+            text.lines().next().unwrap().trim_start_matches("<!--").trim_end_matches("-->").trim().to_owned();
         let found = match stages_from_answer(&text) {
             Err(error) => format!("error: {error}"),
             Ok(answer) => {
                 let steps = answer.stages.iter().map(|s| {
                     let tool = s.tool.as_deref().unwrap_or("none");
-                    let out: Vec<String> = s.outputs.iter().map(|o| format!("{}={}", o.name, o.points.len())).collect();
-                    format!("{} {tool} {}>{} {}/{}", s.step, s.inputs.join(","), out.join(","), s.stated_location.len(), s.stated_volume.len())
+                    let out: Vec<String> =
+                        s.outputs.iter().map(|o| format!("{}={}", o.name, o.points.len())).collect();
+                    format!(
+                        "{} {tool} {}>{} {}/{}",
+                        s.step,
+                        s.inputs.join(","),
+                        out.join(","),
+                        s.stated_location.len(),
+                        s.stated_volume.len()
+                    )
                 });
-                steps.chain(answer.warnings.iter().map(|w| format!("warning {w}"))).collect::<Vec<_>>().join("; ")
+                steps
+                    .chain(answer.warnings.iter().map(|w| format!("warning {w}")))
+                    .collect::<Vec<_>>()
+                    .join("; ")
             }
         };
         assert_eq!(found, wanted, "{}", path.display());

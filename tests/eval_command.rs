@@ -7,7 +7,11 @@ use serde_json::Value;
 fn the_table_of_volume_change_stands_beside_the_papers() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("volume");
-    let run = Command::cargo_bin("donut").unwrap().args(["eval", "--suite", "volume", "--json", "--out"]).arg(&out).assert();
+    let run = Command::cargo_bin("donut")
+        .unwrap()
+        .args(["eval", "--suite", "volume", "--json", "--out"])
+        .arg(&out)
+        .assert();
     let printed: Value = serde_json::from_slice(&run.success().get_output().stdout).unwrap();
     let written: Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
     assert_eq!(printed, written);

@@ -30,7 +30,11 @@ fn it_refuses_where_there_is_no_sandbox() {
         ["plan", "--task", "donut"].map(String::from).to_vec(),
     ] {
         let mut donut = Command::cargo_bin("donut").unwrap();
-        let run = donut.args(&command).args(["--engine", "python"]).env("PATH", folder.path()).current_dir(folder.path());
+        let run = donut
+            .args(&command)
+            .args(["--engine", "python"])
+            .env("PATH", folder.path())
+            .current_dir(folder.path());
         let stderr = String::from_utf8(run.assert().code(2).get_output().stderr.clone()).unwrap();
         assert!(stderr.contains("no `bwrap` in PATH") && stderr.contains("leave --engine away"), "{stderr}");
     }

@@ -29,8 +29,7 @@ fn programs_give_the_values_of_numpy() {
             let (name, code) = block.split_once('\n').unwrap();
             let name = format!("{file}: {name}");
             let wanted = &expected[&name];
-            let found =
-                evaluate(&Limits::default(), |s| s.run(code, line + 1, 0).map(|()| s.capture("out")));
+            let found = evaluate(&Limits::default(), |s| s.run(code, line + 1, 0).map(|()| s.capture("out")));
             line += block.matches('\n').count();
             count += 1;
             let wanted_values: Vec<f64> =

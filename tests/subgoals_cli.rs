@@ -81,7 +81,13 @@ fn a_missing_file_is_an_error() {
 fn the_picture_goes_where_it_is_wanted() {
     let folder = tempfile::tempdir().unwrap();
     let (out, png) = (folder.path().join("out"), folder.path().join("mine.png"));
-    donut().args(["subgoals", &answer("donut/answer-1.md"), "--out"]).arg(&out).arg("--png").arg(&png).assert().success();
+    donut()
+        .args(["subgoals", &answer("donut/answer-1.md"), "--out"])
+        .arg(&out)
+        .arg("--png")
+        .arg(&png)
+        .assert()
+        .success();
     assert!(fs::read(png).unwrap().len() > 10_000);
     assert!(!out.join("clouds.png").exists());
 }
@@ -92,7 +98,8 @@ fn volumes_that_do_not_fit_are_warned_of_with_both_numbers() {
     let file = folder.path().join("answer.md");
     let text = fs::read_to_string(answer("donut/answer-1.md")).unwrap();
     fs::write(&file, text.replace("\"donut\": 4.18879}", "\"donut\": 9.5}")).unwrap();
-    let run = donut().arg("subgoals").arg(&file).arg("--out").arg(folder.path().join("out")).assert().success();
+    let run =
+        donut().arg("subgoals").arg(&file).arg("--out").arg(folder.path().join("out")).assert().success();
     let stderr = String::from_utf8(run.get_output().stderr.clone()).unwrap();
     assert!(stderr.contains("`donut` is stated to have a volume of 9.5, its points measure 4."), "{stderr}");
     assert!(stderr.contains("states a volume of 4.18879 before and 9.5 after"), "{stderr}");

@@ -9,12 +9,12 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use comfy_table::{Table, presets};
 
-use crate::sim::params::{COURANT_LIMIT, Params};
 use super::engine::Engine;
 use super::pieces_table::pieces_table;
 use crate::llm::recorded::recorded;
 use crate::llm::stage::Stage;
 use crate::math::neighbours::spacing;
+use crate::sim::params::{COURANT_LIMIT, Params};
 use crate::task::{Scene, StagePlan, Target, load_scene};
 
 /// Generated targets that are tried for room: as many as a benchmark draws.
@@ -68,7 +68,11 @@ impl CheckArgs {
         let (text, name) = match (&self.response, recorded(set, 1)) {
             (Some(path), _) => {
                 let name = path.display().to_string();
-                (std::fs::read_to_string(path).with_context(|| format!("cannot read the answer {name}"))?, name)
+                (
+                    std::fs::read_to_string(path)
+                        .with_context(|| format!("cannot read the answer {name}"))?,
+                    name,
+                )
             }
             (None, Some(text)) => (text.to_owned(), format!("recorded answer 1 of `{set}`")),
             (None, None) => return Ok(Vec::new()),

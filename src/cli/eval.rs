@@ -116,9 +116,8 @@ fn row_json(row: &VolumeRow) -> Value {
 }
 
 fn markdown(rows: &[VolumeRow]) -> String {
-    let mut text = String::from(
-        "| task | prompt | answers | volume change | the paper's |\n|---|---|---|---|---|\n",
-    );
+    let mut text =
+        String::from("| task | prompt | answers | volume change | the paper's |\n|---|---|---|---|---|\n");
     for row in rows {
         let prompt = if row.guidelines { "full" } else { "without VP and CR" };
         let failed = if row.failed > 0 { format!(" ({} failed)", row.failed) } else { String::new() };

@@ -10,7 +10,17 @@ use crate::math::cloud::{Bounds, centroid};
 /// One row for each cloud, in the plan's own units.
 pub fn pieces_table(stages: &[Stage]) -> Table {
     let mut table = Table::new();
-    table.set_header(["step", "tool", "made of", "piece", "points", "centre", "size", "stated vol.", "measured"]);
+    table.set_header([
+        "step",
+        "tool",
+        "made of",
+        "piece",
+        "points",
+        "centre",
+        "size",
+        "stated vol.",
+        "measured",
+    ]);
     for stage in stages {
         for output in &stage.outputs {
             let shown = |p: [f64; 3]| format!("{:.3} {:.3} {:.3}", p[0], p[1], p[2]);

@@ -143,7 +143,9 @@ fn check_cloud(stage: &Stage, output: &NamedCloud, warnings: &mut Vec<String>) -
     if let Some(&stated) = stage.stated_volume.get(name)
         && differ(stated, measured, MEASURED_TOLERANCE)
     {
-        warnings.push(format!("step {step}: `{name}` is stated to have a volume of {stated}, its points measure {measured:.4}"));
+        warnings.push(format!(
+            "step {step}: `{name}` is stated to have a volume of {stated}, its points measure {measured:.4}"
+        ));
     }
     Some(measured)
 }

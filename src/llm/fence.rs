@@ -55,7 +55,9 @@ impl Fence {
         let language = match first.into_iter().find(|word| !word.is_empty()).unwrap_or("") {
             "markdown" | "md" => Language::Markdown,
             "" => Language::Unnamed,
-            "python" | "py" | "python3" | "py3" | "numpy" | "code" | "ipython" | "python2" => Language::Python,
+            "python" | "py" | "python3" | "py3" | "numpy" | "code" | "ipython" | "python2" => {
+                Language::Python
+            }
             _ => Language::Other,
         };
         Some(Self { mark, line: number, indent: line.len() - body.len(), language, lines: Vec::new() })
@@ -138,7 +140,8 @@ fn run_of_code(lines: &[(usize, String)], start: usize) -> usize {
         if depth <= 0 && !blank_or_comment {
             (indent, opens) = (indent_of(line), code.trim_end().ends_with(':'));
         }
-        depth += code.chars().fold(0, |d, c| d + isize::from("([{".contains(c)) - isize::from(")]}".contains(c)));
+        depth +=
+            code.chars().fold(0, |d, c| d + isize::from("([{".contains(c)) - isize::from(")]}".contains(c)));
         at += 1;
         if !line.trim().is_empty() {
             end = at;
@@ -161,7 +164,9 @@ fn reads_as_code(line: &str) -> bool {
     match first {
         "import" => return true,
         "from" => return body.contains(" import "),
-        "for" | "while" | "if" | "elif" | "else" | "def" | "try" | "except" | "with" => return body.ends_with(':'),
+        "for" | "while" | "if" | "elif" | "else" | "def" | "try" | "except" | "with" => {
+            return body.ends_with(':');
+        }
         "return" | "pass" | "break" | "continue" | "print" | "np" | "rng" => return true,
         _ => {}
     }
@@ -184,7 +189,8 @@ fn is_plain_assignment(body: &str) -> bool {
 }
 
 fn block(run: &[(usize, String)]) -> CodeBlock {
-    let indent = run.iter().filter(|(_, l)| !l.trim().is_empty()).map(|(_, l)| indent_of(l)).min().unwrap_or(0);
+    let indent =
+        run.iter().filter(|(_, l)| !l.trim().is_empty()).map(|(_, l)| indent_of(l)).min().unwrap_or(0);
     let lines: Vec<&str> = run.iter().map(|(_, l)| l.get(indent..).unwrap_or("")).collect();
     CodeBlock { first_line: run[0].0, indent, text: lines.join("\n") + "\n" }
 }

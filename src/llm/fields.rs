@@ -100,7 +100,8 @@ const KEYS: &[(&str, Field)] = &[
 ];
 
 /// What may stand between a key and its value, as in the paper's "the volume of each piece".
-const TAILS: &[&str] = &[" of each piece", " of each cloud", " for the generated point cloud", " per piece", " (n)"];
+const TAILS: &[&str] =
+    &[" of each piece", " of each cloud", " for the generated point cloud", " per piece", " (n)"];
 
 /// Dashes, as bullets and between a key and its value.
 pub const DASHES: &[char] = &['-', '‐', '‑', '‒', '–', '—', '―', '−'];
@@ -110,7 +111,8 @@ pub fn without_markup(line: &str) -> String {
     let mut rest = line.trim_start();
     loop {
         let before = rest;
-        rest = rest.trim_start_matches(['#', '*', '>', '+', '_', '`', ' ', '•', '◦', '‣', '▪', '·', '|', '→']);
+        rest =
+            rest.trim_start_matches(['#', '*', '>', '+', '_', '`', ' ', '•', '◦', '‣', '▪', '·', '|', '→']);
         rest = rest.trim_start_matches(DASHES);
         let digits = rest.chars().take_while(char::is_ascii_digit).count();
         if digits > 0 && rest[digits..].starts_with(['.', ')']) {

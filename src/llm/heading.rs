@@ -21,9 +21,27 @@ const WORDS: [&str; 11] =
 
 /// Headings of what comes after the last step.
 const ENDINGS: &[&str] = &[
-    "summary", "conclusion", "recap", "overview", "verification", "visualization", "visualisation", "plotting",
-    "notes", "note", "remarks", "final", "complete code", "complete script", "full code", "full script",
-    "overall", "volume check", "volume summary", "plan summary", "combined code",
+    "summary",
+    "conclusion",
+    "recap",
+    "overview",
+    "verification",
+    "visualization",
+    "visualisation",
+    "plotting",
+    "notes",
+    "note",
+    "remarks",
+    "final",
+    "complete code",
+    "complete script",
+    "full code",
+    "full script",
+    "overall",
+    "volume check",
+    "volume summary",
+    "plan summary",
+    "combined code",
 ];
 
 /// The heading of a step such as `### Step 2: Roll it` or `Step [2]: Roll it`.
@@ -145,7 +163,9 @@ mod tests {
         }
         assert_eq!(step("Step 2").unwrap().title, "");
         assert_eq!(step("Step [0] (optional): build the ball").unwrap().title, "(optional): build the ball");
-        for line in ["Step 2 uses the rolling pin", "the pole of step 2: none", "Steps 2: x", "stepwise", "Step on"] {
+        for line in
+            ["Step 2 uses the rolling pin", "the pole of step 2: none", "Steps 2: x", "stepwise", "Step on"]
+        {
             assert_eq!(step(line), None, "{line}");
         }
     }

@@ -104,7 +104,8 @@ pub fn last_clouds(stages: &[Stage]) -> Result<Vec<&NamedCloud>, UnknownPiece> {
         live.take(stage.step, &stage.inputs)?;
         for cloud in &stage.outputs {
             // A piece that the stage lists though it neither takes nor changes it stays what it is.
-            if live.named(&cloud.name).is_some_and(|id| clouds[id].is_some_and(|c| c.points == cloud.points)) {
+            if live.named(&cloud.name).is_some_and(|id| clouds[id].is_some_and(|c| c.points == cloud.points))
+            {
                 continue;
             }
             live.add(clouds.len(), &cloud.name);

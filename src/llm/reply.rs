@@ -212,7 +212,10 @@ impl Reader {
         }
         reader.finish_step();
         // A wrapper around the whole answer leaves a fence at its end.
-        let left = reader.fence.take().filter(|f| !reader.ended && !(f.language == Language::Unnamed && reader.wrappers > 0));
+        let left = reader
+            .fence
+            .take()
+            .filter(|f| !reader.ended && !(f.language == Language::Unnamed && reader.wrappers > 0));
         if let Some(open) = left.filter(|open| open.lines.iter().any(|l| !l.trim().is_empty())) {
             reader.reply.unclosed_fence = Some(open.line);
         }
@@ -351,7 +354,8 @@ mod tests {
     #[test]
     fn fields_in_a_fence_or_in_comments_are_fields() {
         let fenced = "Step 1: x\n```\na = np.ones(3)\n```\n```\nin var name: [b], out var name: [a]\nvol: {\"a\": 2}\n```\n";
-        let commented = "Step 1: x\n```\n# in var name: [b], out var name: [a]\n# vol: {\"a\": 2}\na = np.ones(3)\n```\n";
+        let commented =
+            "Step 1: x\n```\n# in var name: [b], out var name: [a]\n# vol: {\"a\": 2}\na = np.ones(3)\n```\n";
         for text in [fenced, commented] {
             let step = &Reply::parse(text).steps[0];
             assert_eq!((step.code.len(), &step.outputs.names[..]), (1, &["a".to_owned()][..]), "{text}");

@@ -49,12 +49,16 @@ mod tests {
 
     #[test]
     fn tools_in_many_spellings() {
-        for text in ["[Rolling pin]", "rolling_pin", "RollingPin", "the rolling-pin (not the knife)", "'Roller'"] {
+        for text in
+            ["[Rolling pin]", "rolling_pin", "RollingPin", "the rolling-pin (not the knife)", "'Roller'"]
+        {
             assert_eq!(named_in(text), ["rolling pin"], "{text}");
         }
         assert_eq!(named_in("capsule (pole)"), ["pole"]);
         assert_eq!(named_in("[knife, gripper]"), ["knife", "gripper"]);
-        assert!(named_in("none (the knife comes later)").is_empty() && says_none("none (the knife comes later)"));
+        assert!(
+            named_in("none (the knife comes later)").is_empty() && says_none("none (the knife comes later)")
+        );
         assert!(says_none("-") && says_none("N/A") && !says_none("whisk"));
     }
 }

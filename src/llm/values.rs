@@ -121,13 +121,15 @@ pub fn volumes(value: &str, outputs: &[String]) -> BTreeMap<String, String> {
 /// The number that a stated value is: behind its last `=`, without units and remarks, worked out by `formula`
 /// if it is one.
 pub fn number(text: &str, mut formula: impl FnMut(&str) -> Option<f64>) -> Option<f64> {
-    let last = text.rsplit(['=', '≈']).find(|part| part.contains(char::is_alphanumeric)).unwrap_or(text).trim();
+    let last =
+        text.rsplit(['=', '≈']).find(|part| part.contains(char::is_alphanumeric)).unwrap_or(text).trim();
     let last = ["approximately ", "approx. ", "approx ", "about ", "~"]
         .iter()
         .find_map(|word| last.strip_prefix(word))
         .unwrap_or(last)
         .trim_end_matches(['.', '*', '`', ' ']);
-    let plain = last.replace(['−', '–'], "-").replace(['·', '×', '∙'], "*").replace('π', "pi").replace('^', "**");
+    let plain =
+        last.replace(['−', '–'], "-").replace(['·', '×', '∙'], "*").replace('π', "pi").replace('^', "**");
     let digits = plain
         .find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | 'e' | '-' | '+')))
         .unwrap_or(plain.len());
@@ -147,7 +149,9 @@ fn with_products(text: &str) -> String {
     let (mut ended, mut word) = (false, false);
     for c in text.chars() {
         let starts = c.is_alphanumeric() && !word || c == '(' && !word;
-        if starts && ended || word && ended && c.is_alphabetic() && out.ends_with(|d: char| d.is_ascii_digit()) {
+        if starts && ended
+            || word && ended && c.is_alphabetic() && out.ends_with(|d: char| d.is_ascii_digit())
+        {
             out.push('*');
         }
         out.push(c);
@@ -197,7 +201,10 @@ mod tests {
             ("None", &[], true),
             ("[]", &[], true),
         ] {
-            assert_eq!(names(value), Names { names: wanted.iter().map(ToString::to_string).collect(), certain });
+            assert_eq!(
+                names(value),
+                Names { names: wanted.iter().map(ToString::to_string).collect(), certain }
+            );
         }
     }
 

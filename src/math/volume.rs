@@ -4,8 +4,8 @@
 //! overlap, the union is shrunk back by the same radius (a morphological closing, on voxels), and the thin
 //! layer between the outermost points and the true surface is added. Imports point clouds.
 
-use super::neighbours::{Neighbours, spacing};
 use super::cloud::{Bounds, Point};
+use super::neighbours::{Neighbours, spacing};
 
 /// Growth, in spacings: enough that randomly drawn points leave no voids, little enough that a hole which
 /// is a few spacings wide stays open.

@@ -108,8 +108,7 @@ impl<'a> Call<'a> {
         let takes_rest = parameters.iter().position(|p| p.starts_with('*'));
         let plain = takes_rest.unwrap_or(parameters.len());
         let slots = vec![None; parameters.len()];
-        let mut call =
-            Self { eval, name: row.name, slots, parameters, rest: Vec::new(), named: Vec::new() };
+        let mut call = Self { eval, name: row.name, slots, parameters, rest: Vec::new(), named: Vec::new() };
         for (at, value) in arguments.positional.into_iter().enumerate() {
             if at < plain {
                 call.slots[at] = Some(value);

@@ -40,7 +40,8 @@ impl Python {
     /// Starts the sandbox. The time limit of all code together begins to run.
     pub fn start(limits: &Limits) -> Result<Self, EngineError> {
         let seconds = limits.seconds.clamp(1.0, 3600.0).ceil() as u64;
-        let told = json!({ "elements": limits.elements, "memory_bytes": MEMORY_BYTES, "cpu_seconds": seconds + 1 });
+        let told =
+            json!({ "elements": limits.elements, "memory_bytes": MEMORY_BYTES, "cpu_seconds": seconds + 1 });
         let mut command = sandbox::command(HARNESS, &told.to_string())?;
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let refused = |error: std::io::Error| EngineError::Refused(error.to_string());
@@ -55,9 +56,9 @@ impl Python {
         python.deadline = Instant::now() + Duration::from_secs(seconds);
         match ready {
             Ok((message, _)) if message["ready"].is_string() => Ok(python),
-            Ok((message, _)) => {
-                Err(EngineError::NoNumpy(message["missing"].as_str().unwrap_or("it does not start").to_owned()))
-            }
+            Ok((message, _)) => Err(EngineError::NoNumpy(
+                message["missing"].as_str().unwrap_or("it does not start").to_owned(),
+            )),
             Err(_) => Err(EngineError::Refused(python.last_words())),
         }
     }

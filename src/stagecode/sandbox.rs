@@ -10,7 +10,9 @@ use std::process::{Command, Stdio};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EngineError {
     /// No bubblewrap.
-    #[error("--engine python runs code only in a sandbox, and there is no `bwrap` in PATH; install bubblewrap, or leave --engine away")]
+    #[error(
+        "--engine python runs code only in a sandbox, and there is no `bwrap` in PATH; install bubblewrap, or leave --engine away"
+    )]
     NoBubblewrap,
     /// No interpreter.
     #[error("--engine python needs `python3`, and there is none in PATH; install it, or leave --engine away")]
@@ -19,7 +21,9 @@ pub enum EngineError {
     #[error("--engine python needs numpy, and python3 has none ({0}); install it, or leave --engine away")]
     NoNumpy(String),
     /// Bubblewrap that may not or cannot do its work.
-    #[error("the sandbox of --engine python does not start ({0}); bubblewrap needs unprivileged user namespaces: allow them, or leave --engine away")]
+    #[error(
+        "the sandbox of --engine python does not start ({0}); bubblewrap needs unprivileged user namespaces: allow them, or leave --engine away"
+    )]
     Refused(String),
 }
 
@@ -28,8 +32,17 @@ const TELL: &str = "import os, sys, numpy\n\
     for p in (sys.executable, sys.prefix, sys.base_prefix, os.path.dirname(os.path.dirname(numpy.__file__))): print(p)";
 
 /// Directories of the system that programs need to run.
-const SYSTEM: &[&str] =
-    &["/usr", "/lib", "/lib32", "/lib64", "/bin", "/etc/ld.so.cache", "/etc/ld.so.conf", "/etc/alternatives", "/nix/store"];
+const SYSTEM: &[&str] = &[
+    "/usr",
+    "/lib",
+    "/lib32",
+    "/lib64",
+    "/bin",
+    "/etc/ld.so.cache",
+    "/etc/ld.so.conf",
+    "/etc/alternatives",
+    "/nix/store",
+];
 
 /// The command that runs `script` with `argument` in the sandbox, with all three streams still to be said.
 pub fn command(script: &str, argument: &str) -> Result<Command, EngineError> {
@@ -58,7 +71,9 @@ pub fn command(script: &str, argument: &str) -> Result<Command, EngineError> {
         }
     }
     // Threads of a numerical library would each reserve memory.
-    for (name, value) in [("PYTHONPATH", site), ("OPENBLAS_NUM_THREADS", "1"), ("OMP_NUM_THREADS", "1"), ("LC_ALL", "C.UTF-8")] {
+    for (name, value) in
+        [("PYTHONPATH", site), ("OPENBLAS_NUM_THREADS", "1"), ("OMP_NUM_THREADS", "1"), ("LC_ALL", "C.UTF-8")]
+    {
         command.args(["--setenv", name, value]);
     }
     command.args(["--", executable, "-s", "-B", "-c", script, argument]);

@@ -7,10 +7,10 @@
 use super::error::StageError;
 use super::pieces::{Piece, PieceId, Pieces, weights};
 use super::resample::{resample, shares};
-use crate::math::volume::measure_volume;
 use crate::llm::lineage::LivePieces;
 use crate::llm::stage::{NamedCloud, Stage};
 use crate::math::cloud::{Bounds, Point};
+use crate::math::volume::measure_volume;
 
 /// Share of a piece's points that may lie below the table's surface: where a cloud ends must not hang on
 /// its single lowest point.

@@ -141,10 +141,11 @@ fn draw(panel: &Panel<'_>, frame: &Frame) -> Picture {
 fn label_edges(picture: &mut Picture, canvas: &Canvas, frame: &Frame) {
     let Bounds { min, max } = frame.bounds;
     // For each axis a corner of its edge, and where its labels stand beside the edge, pixels.
-    let edges = [([min[0], min[1], max[2]], [0.0, 9.0]), (
-        [min[0], min[1], max[2]],
-        [-14.0, 0.0],
-    ), ([max[0], min[1], min[2]], [14.0, 5.0])];
+    let edges = [
+        ([min[0], min[1], max[2]], [0.0, 9.0]),
+        ([min[0], min[1], max[2]], [-14.0, 0.0]),
+        ([max[0], min[1], min[2]], [14.0, 5.0]),
+    ];
     for (axis, (corner, aside)) in edges.into_iter().enumerate() {
         let place = |value: f64| {
             let mut p = corner;
@@ -222,7 +223,9 @@ impl Canvas {
         let steps = ((b[0] - a[0]).abs().max((b[1] - a[1]).abs())).ceil().max(1.0) as usize;
         for k in 0..=steps {
             let t = k as f32 / steps as f32;
-            self.fill(a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), 0.5 * OVERSAMPLING as f32, |_| LINE);
+            self.fill(a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), 0.5 * OVERSAMPLING as f32, |_| {
+                LINE
+            });
         }
     }
 
@@ -230,7 +233,8 @@ impl Canvas {
     fn dot(&mut self, x: f32, y: f32, radius: f32, base: [f32; 3], nearness: f32) {
         let haze = 0.45 * (1.0 - nearness);
         self.fill(x, y, radius, |[dx, dy]| {
-            let light = 0.82 - 0.25 * (dx + 1.4 * dy) / radius - 0.15 * (dx * dx + dy * dy) / (radius * radius);
+            let light =
+                0.82 - 0.25 * (dx + 1.4 * dy) / radius - 0.15 * (dx * dx + dy * dy) / (radius * radius);
             base.map(|c| {
                 let c = (c * light.clamp(0.45, 1.25)).min(255.0);
                 c + (235.0 - c) * haze
@@ -297,8 +301,10 @@ mod tests {
 
     #[test]
     fn panels_stand_in_rows_and_each_has_its_colour() {
-        let cloud: Vec<Point> = (0..400).map(|i| [f64::from(i % 20) / 20.0, 0.1, f64::from(i / 20) / 20.0]).collect();
-        let panel = |color| Panel { captions: vec!["1: knife".into(), "half_left".into()], points: &cloud, color };
+        let cloud: Vec<Point> =
+            (0..400).map(|i| [f64::from(i % 20) / 20.0, 0.1, f64::from(i / 20) / 20.0]).collect();
+        let panel =
+            |color| Panel { captions: vec!["1: knife".into(), "half_left".into()], points: &cloud, color };
         let drawn = picture(&[panel(0), panel(1), panel(1), panel(0), panel(2)]);
         assert_eq!((drawn.width, drawn.height), (4 * WIDTH + 12, 2 * HEIGHT + 4));
         let blue = |x: usize| {
