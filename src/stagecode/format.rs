@@ -232,6 +232,39 @@ pub fn formatted(value: &Value, spec: &str) -> Result<String, Fault> {
     })
 }
 
+/// `template.format(..)`: `{}`, `{0}` and `{name}`, with a format behind a colon; `{{` and `}}` are braces.
+pub fn filled(template: &str, values: &[Value], named: &[(String, Value)]) -> Result<String, Fault> {
+    let mut out = String::new();
+    let mut next = 0;
+    let mut rest = template;
+    while let Some(at) = rest.find(['{', '}']) {
+        out.push_str(&rest[..at]);
+        let brace = &rest[at..=at];
+        rest = &rest[at + 1..];
+        if let Some(after) = rest.strip_prefix(brace) {
+            out.push_str(brace);
+            rest = after;
+            continue;
+        }
+        let end = rest.find('}').filter(|_| brace == "{");
+        let end = end.ok_or_else(|| Fault::value("a brace in the format has no partner"))?;
+        let (name, spec) = rest[..end].split_once(':').unwrap_or((&rest[..end], ""));
+        let value = if name.is_empty() {
+            next += 1;
+            values.get(next - 1)
+        } else if let Ok(place) = name.parse::<usize>() {
+            values.get(place)
+        } else {
+            named.iter().find(|(known, _)| known == name).map(|(_, value)| value)
+        };
+        let value = value.ok_or_else(|| Fault::value(format!("the format has no value for `{{{name}}}`")))?;
+        out.push_str(&formatted(value, spec)?);
+        rest = &rest[end + 1..];
+    }
+    out.push_str(rest);
+    Ok(out)
+}
+
 /// `template % values`, with `%d`, `%i`, `%f`, `%e`, `%g`, `%s`, `%r` and `%%`.
 pub fn percent(template: &str, values: &Value) -> Result<String, Fault> {
     let all = match values {

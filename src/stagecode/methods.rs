@@ -193,8 +193,10 @@ const TEXT: &[Row] = &[
     }),
     Row::new("startswith", "self prefix", |c| Ok(Value::bool(c.text(0)?.starts_with(c.text(1)?)))),
     Row::new("endswith", "self suffix", |c| Ok(Value::bool(c.text(0)?.ends_with(c.text(1)?)))),
-    Row::new("format", "self *values", |_| {
-        Err(Fault::unsupported("str.format", "use an f-string: f\"{value:.3f}\""))
+    Row::new("format", "self *values **named", |c| {
+        let made = super::format::filled(c.text(0)?, &c.rest, &c.named)?;
+        c.eval.budget.text(made.len())?;
+        Ok(Value::str(made))
     }),
 ];
 

@@ -63,7 +63,7 @@ out = np.concatenate([X.ravel(), Y.ravel(), I.ravel(), J.ravel(), (ox * 10 + oy)
 #%% methods
 import numpy as np
 a = np.array([[1.5, -2.5], [3.0, 0.0]])
-out = np.concatenate([a.tolist()[0], a.astype(int).ravel(), a.round().ravel(), a.clip(-1, 1).ravel(), a.dot([1, 1]), a.repeat(2)[:3], a.take([0, 3]), [a.item(2), a.size, a.ndim, len(a), a.nbytes, a.itemsize, a.trace(), a.squeeze().shape[0]], a.flatten("F"), a.nonzero()[0], np.array(a, copy=True).ravel(), a.swapaxes(0, 1).ravel(), a.diagonal(), a.cumprod(), a.argsort(axis=1).ravel(), a.all(axis=0), a.any(axis=1)])
+out = np.concatenate([a.tolist()[0], a.astype(int).ravel(), a.round().ravel(), a.clip(-1, 1).ravel(), a.dot([1, 1]), a.repeat(2)[:3], a.take([0, 3]), [a.item(2), a.size, a.ndim, len(a), a.trace(), a.squeeze().shape[0]], a.flatten("F"), a.nonzero()[0], np.array(a, copy=True).ravel(), a.swapaxes(0, 1).ravel(), a.diagonal(), a.cumprod(), a.argsort(axis=1).ravel(), a.all(axis=0), a.any(axis=1)])
 #%% sort in place, fill
 import numpy as np
 a = np.array([3, 1, 2])
