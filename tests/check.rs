@@ -68,3 +68,23 @@ fn bad_tasks_get_one_error_and_exit_code_2() {
     assert_eq!(code, 2);
     assert!(error.contains("mine.toml, line") && error.contains("dough.shape.ball.radius_m"), "{error}");
 }
+
+#[test]
+fn an_answer_is_checked_with_the_task() {
+    let (code, table, errors) = donut(&["check", "--task", "two-pancakes"]);
+    assert_eq!((code, errors.as_str()), (0, ""));
+    assert!(table.contains("half_left") && table.contains("measured"), "{table}");
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("answer.md");
+    let text = include_str!("../prompts/recorded/donut/answer-1.md");
+    std::fs::write(&file, text.replace("donut = donut +", "donut = 9 * donut +")).unwrap();
+    let (code, _, error) = donut(&["check", "--task", "donut", "--response", file.to_str().unwrap()]);
+    assert_eq!(code, 2);
+    assert!(error.contains("step 2 puts `donut`") && error.contains("outside the workspace"), "{error}");
+    assert!(error.contains("warning:") && error.contains("changes the volume"), "{error}");
+
+    let (code, _, error) = donut(&["check", "--task", "spread", "--response", file.to_str().unwrap()]);
+    assert_eq!(code, 2);
+    assert!(error.contains("generates its target"), "{error}");
+}

@@ -221,4 +221,77 @@ proptest! {
         let text: String = text.into_iter().collect();
         let _ = stages_within(&text, &tight());
     }
+
+    /// Whole lines dropped, doubled and moved: fences, headings and fields in all the wrong places.
+    #[test]
+    fn answers_with_their_lines_in_disorder_do_not_panic(
+        which in 0usize..30,
+        moves in prop::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>(), 0usize..3), 1..8),
+    ) {
+        let text = recorded::all().nth(which).unwrap().text;
+        let mut lines: Vec<&str> = text.lines().collect();
+        for (from, to, how) in &moves {
+            let (from, to) = (from.index(lines.len()), to.index(lines.len()));
+            match how {
+                0 if lines.len() > 1 => drop(lines.remove(from)),
+                1 => lines.insert(to, lines[from]),
+                _ => lines.swap(from, to),
+            }
+        }
+        let _ = stages_within(&lines.join("\n"), &tight());
+    }
+
+    /// Answers built of pieces that the parser looks for.
+    #[test]
+    fn answers_of_fragments_do_not_panic(parts in prop::collection::vec(prop::sample::select(FRAGMENTS), 1..24)) {
+        let _ = stages_within(&parts.concat(), &tight());
+    }
 }
+
+const FRAGMENTS: &[&str] = &[
+    "Step 1: x\n",
+    "### Step 2",
+    "**Step [3]:** y\n",
+    "## 1. z\n",
+    "Step 99999999999: a\n",
+    "\n",
+    "```",
+    "```python\n",
+    "~~~\n",
+    "```markdown\n",
+    "tool name: ",
+    "[knife]\n",
+    "in var name: [",
+    "a",
+    "\"b\", ",
+    "]",
+    "out var name: ",
+    "loc: {",
+    "(0, ",
+    "a/0, 1)",
+    "}",
+    "vol: ",
+    "4/3 π r³",
+    "−",
+    "é",
+    "\u{feff}",
+    "| tool | pin |\n",
+    "  - ",
+    "# Summary\n",
+    "of the `",
+    "a = np.ones((3, 3))\n",
+    "b = a[",
+    "import numpy as np\n",
+    "    ",
+    "\r\n",
+    "\t",
+    ":",
+    "=",
+    "**",
+    "`",
+    "(",
+    ")",
+    "[[[[",
+    "volume of ",
+    " of each piece",
+];

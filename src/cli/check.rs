@@ -1,12 +1,18 @@
-//! `donut check`: validates a task and prints the numbers that follow from it.
+//! `donut check`: validates a task, and an answer for it, and prints the numbers that follow.
 //!
-//! A task's name or file comes in; a table goes to standard output, or one error. Imports the task module
-//! and the simulator's parameters.
+//! A task's name or file comes in, and perhaps an answer; tables go to standard output, or one error. Imports the
+//! task module and the simulator's parameters.
 
-use anyhow::Result;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use comfy_table::{Table, presets};
 
+use super::engine::Engine;
+use super::pieces_table::pieces_table;
+use crate::llm::recorded::recorded;
+use crate::llm::stage::Stage;
 use crate::math::neighbours::spacing;
 use crate::sim::params::{COURANT_LIMIT, Params};
 use crate::task::{Scene, StagePlan, Target, load_scene};
@@ -23,18 +29,58 @@ pub struct CheckArgs {
     /// Seed of the generated targets that are tried.
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// A language model's answer to check too: its code, its volumes, whether its clouds fit the workspace.
+    #[arg(long, value_name = "RESPONSE.md")]
+    response: Option<PathBuf>,
+    /// What runs the answer's code.
+    #[arg(long, value_enum, default_value_t)]
+    engine: Engine,
 }
 
 /// Checks the task and prints its table.
 pub fn run(args: CheckArgs) -> Result<()> {
     let scene = load_scene(&args.task)?;
     check_targets(&scene, args.seed)?;
+    let stages = args.stages(&scene)?;
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     table.add_rows(world_rows(&scene.params).into_iter().chain(task_rows(&scene)));
     println!("{}", table.trim_fmt());
+    if !stages.is_empty() {
+        println!("{}", pieces_table(&stages));
+    }
     println!("{} is a valid task.", scene.name);
     Ok(())
+}
+
+impl CheckArgs {
+    /// The stages of the answer that is given, or of the first recorded one, if they fit the task.
+    fn stages(&self, scene: &Scene) -> Result<Vec<Stage>> {
+        let Target::Stages { recorded_answers, .. } = &scene.target else {
+            ensure!(
+                self.response.is_none(),
+                "the task `{}` generates its target; --response is for tasks with [target.stages]",
+                scene.name
+            );
+            return Ok(Vec::new());
+        };
+        let set = recorded_answers.as_deref().unwrap_or("");
+        let (text, name) = match (&self.response, recorded(set, 1)) {
+            (Some(path), _) => {
+                let name = path.display().to_string();
+                (
+                    std::fs::read_to_string(path)
+                        .with_context(|| format!("cannot read the answer {name}"))?,
+                    name,
+                )
+            }
+            (None, Some(text)) => (text.to_owned(), format!("recorded answer 1 of `{set}`")),
+            (None, None) => return Ok(Vec::new()),
+        };
+        let stages = self.engine.answered(&text, &name)?.stages;
+        StagePlan::new(&stages, &scene.frame(), &scene.world(scene.nominal_floor())).with_context(|| name)?;
+        Ok(stages)
+    }
 }
 
 /// Whether the generated targets use a known tool and stay in the workspace.

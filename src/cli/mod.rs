@@ -9,7 +9,10 @@ mod bench;
 mod bench_emd;
 mod check;
 mod emd;
+mod engine;
+mod eval;
 mod gradcheck;
+mod pieces_table;
 mod plan;
 mod progress;
 mod prompt;
@@ -42,6 +45,7 @@ enum Command {
     View(view::ViewArgs),
     Prompt(prompt::PromptArgs),
     Subgoals(subgoals::SubgoalsArgs),
+    Eval(eval::EvalArgs),
     Emd(emd::EmdArgs),
     Simulate(simulate::SimulateArgs),
     Gradcheck(gradcheck::GradcheckArgs),
@@ -66,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::View(args) => view::run(&args),
         Command::Prompt(args) => prompt::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Subgoals(args) => subgoals::run(&args),
+        Command::Eval(args) => eval::run(&args),
         Command::Emd(args) => emd::run(&args),
         Command::Simulate(args) => simulate::run(&args),
         Command::Gradcheck(args) => gradcheck::run(&args),

@@ -12,6 +12,7 @@ use clap::Args;
 use comfy_table::{Table, presets};
 
 use super::ask::{AskArgs, ask, quoted};
+use super::engine::Engine;
 use super::progress::ProgressLine;
 use super::record::{RunInputs, record};
 use super::wanted::{Planned, Wanted, WantedArgs};
@@ -47,6 +48,9 @@ pub struct PlanArgs {
     /// Which of the task's recorded answers to take the stages from, from 1.
     #[arg(long, value_name = "K", default_value_t = 1, conflicts_with = "llm")]
     answer: usize,
+    /// What runs the answer's code.
+    #[arg(long, value_enum, default_value_t)]
+    engine: Engine,
     /// Which of the task's generated targets to aim at, from 0, where the task generates them.
     #[arg(long, value_name = "I", default_value_t = 0)]
     target: u64,
@@ -157,7 +161,8 @@ impl PlanArgs {
     fn planned(&self, wanted: &Wanted, out: &Path) -> anyhow::Result<(Planned, Said)> {
         if let Some(mut model) = self.asking.model()? {
             let prompt = plan_prompt(self.asking.variant(), wanted.line("--llm")?);
-            let judge = |text: &str| wanted.planned(text).map_err(|unusable| unusable.for_model(text));
+            let judge =
+                |text: &str| wanted.planned(self.engine, text).map_err(|unusable| unusable.for_model(text));
             let (planned, conversation) = ask(&mut *model, prompt, judge, out)?;
             let response = conversation.attempts.last().map(|attempt| attempt.answer.text.clone());
             return Ok((planned, Said { response, conversation: Some(conversation) }));
@@ -177,7 +182,7 @@ impl PlanArgs {
             let (text, name) = wanted.recorded(self.answer, self.asking.variant())?;
             (text.to_owned(), name)
         };
-        let mut planned = wanted.planned(&text).map_err(|unusable| unusable.explained(&name))?;
+        let mut planned = wanted.planned(self.engine, &text).map_err(|unusable| unusable.explained(&name))?;
         for warning in &mut planned.warnings {
             *warning = format!("{name}: {warning}");
         }
@@ -197,6 +202,7 @@ impl PlanArgs {
         add("seed", Some(self.seed.to_string()));
         add("response", self.response.as_ref().map(|p| p.display().to_string()));
         add("answer", (self.answer != 1).then(|| self.answer.to_string()));
+        add("engine", (self.engine == Engine::Python).then(|| "python".to_owned()));
         add("target", (self.target != 0).then(|| self.target.to_string()));
         add("particles", self.particles.map(|n| n.to_string()));
         add("method", (self.method != Method::default()).then(|| self.method.name()));

@@ -1,32 +1,41 @@
 //! `donut subgoals`: parses an answer, runs its code, writes the stages and their clouds.
 //!
-//! An answer's file and a directory come in; `stages.json` and `clouds.npz` go out, both or neither.
-//! Imports `llm`.
+//! An answer's file and a directory come in; `stages.json`, `clouds.npz` and `clouds.png` go out, all or none.
+//! Imports `llm` and `view`.
 
 use std::fs;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 use clap::Args;
-use comfy_table::Table;
 use ndarray::Array2;
 use ndarray_npy::NpzWriter;
 use serde_json::{Value, json};
 
+use super::engine::Engine;
+use super::pieces_table::pieces_table;
+use crate::llm::Answer;
 use crate::llm::stage::Stage;
-use crate::llm::{Answer, AnswerError, stages_from_answer};
-use crate::math::cloud::{Bounds, centroid};
+use crate::store::atomic;
+use crate::view::Picture;
+use crate::view::clouds::{Panel, picture};
 
 /// Runs the code of a language model's answer and writes its stages and clouds.
 #[derive(Args)]
 pub struct SubgoalsArgs {
     /// The language model's answer, in markdown
     response: PathBuf,
-    /// Directory for stages.json and clouds.npz; made if it is not there
+    /// Directory for stages.json, clouds.npz and clouds.png; made if it is not there
     #[arg(long)]
     out: PathBuf,
+    /// File for the picture of the clouds, instead of clouds.png in the directory
+    #[arg(long, value_name = "OUT.png")]
+    png: Option<PathBuf>,
+    /// What runs the answer's code
+    #[arg(long, value_enum, default_value_t)]
+    engine: Engine,
     /// Print the stages as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -36,27 +45,21 @@ pub struct SubgoalsArgs {
 pub fn run(flags: &SubgoalsArgs) -> Result<ExitCode> {
     let file = flags.response.display();
     let text = fs::read_to_string(&flags.response).with_context(|| format!("{file} cannot be read"))?;
-    let answer = stages_from_answer(&text).map_err(|error| explained(&file.to_string(), &error))?;
-    for warning in &answer.warnings {
-        eprintln!("warning: {file}: {warning}");
-    }
+    let answer = flags.engine.answered(&text, &file.to_string())?;
     let stages = Value::Array(answer.stages.iter().map(as_json).collect());
-    write(&flags.out, &stages, &answer)
+    let png = drawn(&answer.stages).to_png();
+    let beside = flags.png.is_none().then_some(&png[..]);
+    write(&flags.out, &stages, &answer, beside)
         .with_context(|| format!("{} cannot be written", flags.out.display()))?;
+    if let Some(path) = &flags.png {
+        atomic::write(path, &png)?;
+    }
     if flags.json {
         println!("{}", serde_json::to_string_pretty(&stages)?);
     } else {
-        println!("{}", table(&answer.stages));
+        println!("{}", pieces_table(&answer.stages));
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// The error as `main` prints it: the file, the place, and the way out on a line of its own.
-pub(super) fn explained(file: &str, error: &AnswerError) -> anyhow::Error {
-    match error.hint() {
-        Some(hint) => anyhow!("{file}: {error}\nhint: {hint}"),
-        None => anyhow!("{file}: {error}"),
-    }
 }
 
 fn as_json(stage: &Stage) -> Value {
@@ -69,7 +72,33 @@ fn as_json(stage: &Stage) -> Value {
         "stated_location": stage.stated_location,
         "stated_volume": stage.stated_volume,
         "code": stage.code,
+        "measured_volume": stage
+            .outputs
+            .iter()
+            .map(|o| (o.name.clone(), json!(o.measured_volume())))
+            .collect::<serde_json::Map<_, _>>(),
     })
+}
+
+/// A panel for each cloud; pieces of one step have different colours.
+fn drawn(stages: &[Stage]) -> Picture {
+    let mut panels = Vec::new();
+    for stage in stages {
+        for (color, output) in stage.outputs.iter().enumerate() {
+            let tool = stage.tool.as_deref().unwrap_or("no tool");
+            let mut volume = format!("volume {:.4} measured", output.measured_volume());
+            if let Some(stated) = stage.stated_volume.get(&output.name) {
+                volume += &format!(", {stated:.4} stated");
+            }
+            let made = match &stage.inputs[..] {
+                [] => format!("{} points", output.points.len()),
+                inputs => format!("of {}, {} points", inputs.join(" and "), output.points.len()),
+            };
+            let captions = vec![format!("{} {}: {}", stage.step, tool, output.name), made, volume];
+            panels.push(Panel { captions, points: &output.points, color });
+        }
+    }
+    picture(&panels)
 }
 
 /// The bytes of `clouds.npz`: one array `step<N>/<name>` for each output.
@@ -91,10 +120,11 @@ fn npz(stages: &[Stage]) -> Result<Vec<u8>> {
     Ok(bytes.into_inner())
 }
 
-/// Writes both files under temporary names and renames them only when both are complete.
-fn write(directory: &Path, stages: &Value, answer: &Answer) -> Result<()> {
-    let contents =
-        [("stages.json", serde_json::to_vec_pretty(stages)?), ("clouds.npz", npz(&answer.stages)?)];
+/// Writes all files under temporary names and renames them only when all are complete.
+fn write(directory: &Path, stages: &Value, answer: &Answer, png: Option<&[u8]>) -> Result<()> {
+    let mut contents =
+        vec![("stages.json", serde_json::to_vec_pretty(stages)?), ("clouds.npz", npz(&answer.stages)?)];
+    contents.extend(png.map(|bytes| ("clouds.png", bytes.to_vec())));
     fs::create_dir_all(directory)?;
     let temporary = |name: &str| directory.join(format!(".{name}.{}", std::process::id()));
     let written = contents.iter().try_for_each(|(name, bytes)| {
@@ -110,24 +140,4 @@ fn write(directory: &Path, stages: &Value, answer: &Answer) -> Result<()> {
         contents.iter().for_each(|(name, _)| drop(fs::remove_file(temporary(name))));
     }
     Ok(finished?)
-}
-
-fn table(stages: &[Stage]) -> Table {
-    let mut table = Table::new();
-    table.set_header(["step", "tool", "piece", "points", "centre", "size", "stated volume"]);
-    for stage in stages {
-        for output in &stage.outputs {
-            let shown = |p: [f64; 3]| format!("{:.3} {:.3} {:.3}", p[0], p[1], p[2]);
-            table.add_row([
-                stage.step.to_string(),
-                stage.tool.clone().unwrap_or_else(|| "none".into()),
-                output.name.clone(),
-                output.points.len().to_string(),
-                shown(centroid(&output.points)),
-                Bounds::of(&output.points).map(|b| shown(b.size())).unwrap_or_default(),
-                stage.stated_volume.get(&output.name).map(|v| format!("{v:.5}")).unwrap_or_default(),
-            ]);
-        }
-    }
-    table
 }

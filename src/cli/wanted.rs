@@ -6,11 +6,11 @@
 use anyhow::{Context, anyhow, bail, ensure};
 use clap::Args;
 
-use super::subgoals::explained;
+use super::engine::{Engine, explained};
+use crate::llm::AnswerError;
 use crate::llm::prompt::Variant;
 use crate::llm::recorded::{self, recorded, recorded_without_volume_reasoning};
 use crate::llm::stage::Stage;
-use crate::llm::{AnswerError, stages_from_answer};
 use crate::task::{Description, Scene, StageError, StagePlan, Target, TaskError, TaskSource};
 
 /// Flags that say what is to be made.
@@ -52,6 +52,9 @@ pub enum Unusable {
     Stages { error: StageError, unit_m: f64 },
     #[error(transparent)]
     Task(#[from] TaskError),
+    /// What runs the code could not start.
+    #[error("{0:#}")]
+    Engine(anyhow::Error),
 }
 
 impl WantedArgs {
@@ -124,8 +127,8 @@ impl Wanted {
     }
 
     /// The task with the stages of an answer, if they fit it.
-    pub fn planned(&self, answer: &str) -> Result<Planned, Unusable> {
-        let answer = stages_from_answer(answer)?;
+    pub fn planned(&self, engine: Engine, answer: &str) -> Result<Planned, Unusable> {
+        let answer = engine.run(answer).map_err(Unusable::Engine)??;
         let (source, scene) = match self {
             Self::Task { source, scene } => (source.clone(), (**scene).clone()),
             Self::Described(description) => {

@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 
 use crate::math::cloud::Point;
+use crate::math::volume::measure_volume;
 
 /// A named point cloud in the language model's own coordinates and units.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +14,14 @@ pub struct NamedCloud {
     pub name: String,
     /// Its points, exactly as the code built them.
     pub points: Vec<Point>,
+}
+
+impl NamedCloud {
+    /// The volume that the points fill, in the cloud's own unit cubed, to within about 10 %; see
+    /// [`measure_volume`]. Of points that only cover a surface it means nothing.
+    pub fn measured_volume(&self) -> f64 {
+        measure_volume(&self.points)
+    }
 }
 
 /// One step of the answer.

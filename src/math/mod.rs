@@ -2,6 +2,8 @@
 
 pub mod check;
 pub mod cloud;
+pub mod hollow;
 pub mod neighbours;
 pub mod quaternion;
 pub mod rng;
+pub mod volume;

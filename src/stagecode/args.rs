@@ -1,7 +1,8 @@
 //! The rows of the function tables, and how the arguments of a call are bound to a row's parameters.
 //!
 //! A row is a name, a signature in words, and a Rust function. The signature `"a axis? *rest"` has the
-//! required parameter `a`, the optional `axis`, and takes further positional arguments as `rest`. Imports
+//! required parameter `a`, the optional `axis`, and takes further positional arguments as `rest`; `**named` takes
+//! further keyword arguments. Imports
 //! values, arrays, faults and the evaluator (for rows that call back).
 
 use super::array::{Array, Dtype, Scalar};
@@ -83,6 +84,8 @@ pub struct Call<'a> {
     slots: Vec<Option<Value>>,
     /// Further positional arguments, where the signature takes them.
     pub rest: Vec<Value>,
+    /// Further keyword arguments, where the signature takes them.
+    pub named: Vec<(String, Value)>,
 }
 
 impl Row {
@@ -100,11 +103,12 @@ impl Row {
 
 impl<'a> Call<'a> {
     fn bind(eval: &'a Evaluator, row: &'static Row, arguments: Arguments) -> Result<Self, Fault> {
-        let parameters: Vec<&'static str> = row.signature.split_whitespace().collect();
+        let mut parameters: Vec<&'static str> = row.signature.split_whitespace().collect();
+        let takes_named = parameters.pop_if(|p| p.starts_with("**")).is_some();
         let takes_rest = parameters.iter().position(|p| p.starts_with('*'));
         let plain = takes_rest.unwrap_or(parameters.len());
-        let mut call =
-            Self { eval, name: row.name, slots: vec![None; parameters.len()], parameters, rest: Vec::new() };
+        let slots = vec![None; parameters.len()];
+        let mut call = Self { eval, name: row.name, slots, parameters, rest: Vec::new(), named: Vec::new() };
         for (at, value) in arguments.positional.into_iter().enumerate() {
             if at < plain {
                 call.slots[at] = Some(value);
@@ -119,6 +123,7 @@ impl<'a> Call<'a> {
             match at.and_then(|at| call.slots.get_mut(at)) {
                 Some(slot @ None) => *slot = Some(value),
                 Some(_) => return Err(call.problem(format!("got `{name}` twice"))),
+                None if takes_named => call.named.push((name, value)),
                 None => return Err(call.problem(format!("the argument `{name}` is not supported"))),
             }
         }

@@ -76,7 +76,8 @@ const ROWS: &[Row] = &[
         Ok(Value::tuple(if c.opt(0).is_some() { c.sequence(0)? } else { Vec::new() }))
     }),
     Row::new("set", "iterable?", |c| keys(if c.opt(0).is_some() { c.sequence(0)? } else { Vec::new() })),
-    Row::new("dict", "items?", super::methods_dict::dict),
+    Row::new("dict", "items? **named", super::methods_dict::dict),
+    Row::new("slice", "start stop? step?", slice),
     Row::new("iter", "iterable", |c| Ok(Value::iter(c.sequence(0)?))),
     Row::new("next", "iterator default?", next),
     Row::new("isinstance", "obj class", isinstance),
@@ -100,6 +101,14 @@ fn print(c: &Call) -> Result<Value, Fault> {
         c.eval.budget.print(format::text(value).len() + 1)?;
     }
     Ok(Value::None)
+}
+
+fn slice(c: &Call) -> Result<Value, Fault> {
+    let part = |at: usize| c.opt(at).cloned().unwrap_or(Value::None);
+    // One argument is where the slice stops.
+    let alone = c.get(1).is_err();
+    let (start, stop) = if alone { (Value::None, part(0)) } else { (part(0), part(1)) };
+    Ok(Value::Slice(Rc::new([start, stop, part(2)])))
 }
 
 fn len(c: &Call) -> Result<Value, Fault> {
@@ -322,7 +331,14 @@ fn isinstance(c: &Call) -> Result<Value, Fault> {
 
 /// `tolist` and its like need numbers of Python, which numbers of numpy already are.
 pub fn item(c: &Call) -> Result<Value, Fault> {
-    let a = convert::to_array(&c.eval.budget, c.get(0)?, None)?;
+    let mut a = convert::to_array(&c.eval.budget, c.get(0)?, None)?;
+    for index in &c.rest {
+        // One index counts through all elements, several take one axis each.
+        let flat = if c.rest.len() == 1 { a.reshape(vec![a.size()]) } else { a };
+        c.eval.budget.charge(flat.size())?;
+        let one = super::array_index::get(&c.eval.budget, &flat, index)?;
+        a = convert::to_array(&c.eval.budget, &one, None)?;
+    }
     a.first()
         .filter(|_| a.size() == 1)
         .map(Value::Number)

@@ -232,6 +232,89 @@ pub fn formatted(value: &Value, spec: &str) -> Result<String, Fault> {
     })
 }
 
+/// `template.format(..)`: `{}`, `{0}` and `{name}`, with a format behind a colon; `{{` and `}}` are braces.
+pub fn filled(template: &str, values: &[Value], named: &[(String, Value)]) -> Result<String, Fault> {
+    let mut out = String::new();
+    let mut next = 0;
+    let mut rest = template;
+    while let Some(at) = rest.find(['{', '}']) {
+        out.push_str(&rest[..at]);
+        let brace = &rest[at..=at];
+        rest = &rest[at + 1..];
+        if let Some(after) = rest.strip_prefix(brace) {
+            out.push_str(brace);
+            rest = after;
+            continue;
+        }
+        let end = rest.find('}').filter(|_| brace == "{");
+        let end = end.ok_or_else(|| Fault::value("a brace in the format has no partner"))?;
+        let (name, spec) = rest[..end].split_once(':').unwrap_or((&rest[..end], ""));
+        let value = if name.is_empty() {
+            next += 1;
+            values.get(next - 1)
+        } else if let Ok(place) = name.parse::<usize>() {
+            values.get(place)
+        } else {
+            named.iter().find(|(known, _)| known == name).map(|(_, value)| value)
+        };
+        let value = value.ok_or_else(|| Fault::value(format!("the format has no value for `{{{name}}}`")))?;
+        out.push_str(&formatted(value, spec)?);
+        rest = &rest[end + 1..];
+    }
+    out.push_str(rest);
+    Ok(out)
+}
+
+/// `template % values`, with `%d`, `%i`, `%f`, `%e`, `%g`, `%s`, `%r` and `%%`.
+pub fn percent(template: &str, values: &Value) -> Result<String, Fault> {
+    let all = match values {
+        Value::Tuple(items) => items.0.borrow().clone(),
+        one => vec![one.clone()],
+    };
+    let mut given = all.iter();
+    let mut out = String::new();
+    let mut parts = template.split('%');
+    out.push_str(parts.next().unwrap_or(""));
+    while let Some(part) = parts.next() {
+        let Some(end) = part.find(|c: char| c.is_ascii_alphabetic()) else {
+            if !part.is_empty() {
+                return Err(Fault::value(format!("the format `%{part}` has no type")));
+            }
+            // `%%` leaves an empty part, and what follows is plain.
+            out.push('%');
+            out.push_str(parts.next().unwrap_or(""));
+            continue;
+        };
+        let value = given.next().ok_or_else(|| Fault::kind("there are fewer values than formats"))?;
+        let (flags, kind) = (&part[..end], &part[end..=end]);
+        let left = flags.strip_prefix('-');
+        let flags = left.map_or_else(|| flags.to_owned(), |rest| format!("<{rest}"));
+        out.push_str(&match kind {
+            "s" | "r" => {
+                let shown = if kind == "s" { text(value) } else { repr(value) };
+                let align = if left.is_none() && !flags.is_empty() { ">" } else { "" };
+                formatted(&Value::str(shown), &format!("{align}{flags}"))?
+            }
+            "d" | "i" => {
+                let whole =
+                    value.as_scalar().ok_or_else(|| Fault::kind("%d takes a number"))?.float().trunc();
+                formatted(&Value::int(whole as i64), &format!("{flags}d"))?
+            }
+            "f" | "e" | "g" | "F" | "E" | "G" => {
+                let number =
+                    value.as_scalar().ok_or_else(|| Fault::kind(format!("%{kind} takes a number")))?;
+                formatted(&Value::float(number.float()), &format!("{flags}{kind}"))?
+            }
+            other => return Err(Fault::unsupported(format!("the format %{other}"), "use an f-string")),
+        });
+        out.push_str(&part[end + 1..]);
+    }
+    if given.next().is_some() {
+        return Err(Fault::kind("there are more values than formats"));
+    }
+    Ok(out)
+}
+
 fn with_commas(body: &str) -> String {
     let digits = body.find(|c: char| !c.is_ascii_digit() && c != '-').unwrap_or(body.len());
     let (whole, rest) = body.split_at(digits);

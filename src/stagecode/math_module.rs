@@ -41,6 +41,7 @@ pub const ROWS: &[Row] = &[
     Row::new("isqrt", "n", |c| Ok(Value::int(c.count(0)?.isqrt() as i64))),
     Row::new("gcd", "a b", |c| Ok(Value::int(gcd(c.int(0)?, c.int(1)?)))),
     Row::new("factorial", "n", factorial),
+    Row::new("comb", "n k", comb),
     Row::new("prod", "iterable", |c| {
         Ok(Value::float(c.sequence(0)?.iter().filter_map(Value::as_scalar).map(Scalar::float).product()))
     }),
@@ -103,6 +104,22 @@ fn factorial(c: &Call) -> Result<Value, Fault> {
         return Err(Fault::unsupported("an integer beyond 64 bits", "use math.factorial up to 20"));
     }
     Ok(Value::int((1..=n as i64).product()))
+}
+
+/// Ways to choose `k` of `n`: a product that stays whole after each factor.
+fn comb(c: &Call) -> Result<Value, Fault> {
+    let (n, k) = (c.count(0)?, c.count(1)?);
+    let beyond = || Fault::unsupported("an integer beyond 64 bits", "use a smaller n");
+    let k = k.min(n.checked_sub(k).unwrap_or(usize::MAX));
+    if k == usize::MAX || k > n {
+        return Ok(Value::int(0));
+    }
+    c.eval.budget.charge(k)?;
+    let mut ways: i128 = 1;
+    for i in 0..k {
+        ways = ways.checked_mul((n - i) as i128).ok_or_else(beyond)? / (i as i128 + 1);
+    }
+    i64::try_from(ways).map(Value::int).map_err(|_| beyond())
 }
 
 fn isclose(c: &Call) -> Result<Value, Fault> {

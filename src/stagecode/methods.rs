@@ -7,7 +7,7 @@ use super::args::{Call, Row};
 use super::array::Dtype;
 use super::error::Fault;
 use super::value::Value;
-use super::{builtins, convert, methods_dict, numpy, operators, random_table};
+use super::{builtins, convert, methods_dict, numpy, operators, random_table, ufunc};
 
 /// numpy functions that are methods of arrays too.
 const SHARED: &[&str] = &[
@@ -40,6 +40,9 @@ const SHARED: &[&str] = &[
     "copy",
     "trace",
     "searchsorted",
+    "take",
+    "compress",
+    "diagonal",
 ];
 
 /// Methods that only arrays (and numbers taken from them) have.
@@ -50,7 +53,7 @@ const ARRAY: &[Row] = &[
         Ok(Value::array(a.cast(c.dtype(1)?.unwrap_or(Dtype::F64))))
     }),
     Row::new("tolist", "self", |c| convert::to_list(&c.eval.budget, &c.array(0)?)),
-    Row::new("item", "self", builtins::item),
+    Row::new("item", "self *args", builtins::item),
     Row::new("fill", "self value", |c| {
         let Value::Array(a) = c.get(0)? else { return Err(c.problem("takes an array")) };
         c.eval.budget.charge(a.size())?;
@@ -141,7 +144,28 @@ const TEXT: &[Row] = &[
     Row::new("upper", "self", |c| text(c, |s| s.to_uppercase())),
     Row::new("lower", "self", |c| text(c, |s| s.to_lowercase())),
     Row::new("strip", "self", |c| text(c, |s| s.trim().to_owned())),
-    Row::new("title", "self", |c| text(c, |s| s.to_owned())),
+    Row::new("title", "self", |c| text(c, titled)),
+    Row::new("capitalize", "self", |c| {
+        text(c, |s| {
+            let mut rest = s.chars();
+            let first = rest.next().map(|ch| ch.to_uppercase().to_string()).unwrap_or_default();
+            first + &rest.as_str().to_lowercase()
+        })
+    }),
+    Row::new("count", "self sub", |c| {
+        let (s, part) = (c.text(0)?, c.text(1)?);
+        c.eval.budget.text(s.len())?;
+        let between = s.chars().count() + 1;
+        Ok(Value::count(if part.is_empty() { between } else { s.matches(part).count() }))
+    }),
+    Row::new("find", "self sub", |c| Ok(place(c)?.map_or(Value::int(-1), Value::count))),
+    Row::new("index", "self sub", |c| {
+        place(c)?.map(Value::count).ok_or_else(|| Fault::value("the text does not hold that"))
+    }),
+    Row::new("isdigit", "self", |c| {
+        let s = c.text(0)?;
+        Ok(Value::bool(!s.is_empty() && s.chars().all(|ch| ch.is_ascii_digit())))
+    }),
     Row::new("replace", "self old new", |c| {
         let (s, old, new) = (c.text(0)?, c.text(1)?, c.text(2)?);
         c.eval.budget.text(s.len().saturating_add((s.len() + 1).saturating_mul(new.len())))?;
@@ -169,10 +193,31 @@ const TEXT: &[Row] = &[
     }),
     Row::new("startswith", "self prefix", |c| Ok(Value::bool(c.text(0)?.starts_with(c.text(1)?)))),
     Row::new("endswith", "self suffix", |c| Ok(Value::bool(c.text(0)?.ends_with(c.text(1)?)))),
-    Row::new("format", "self *values", |_| {
-        Err(Fault::unsupported("str.format", "use an f-string: f\"{value:.3f}\""))
+    Row::new("format", "self *values **named", |c| {
+        let made = super::format::filled(c.text(0)?, &c.rest, &c.named)?;
+        c.eval.budget.text(made.len())?;
+        Ok(Value::str(made))
     }),
 ];
+
+/// Every word with a capital, the rest small.
+fn titled(s: &str) -> String {
+    let mut inside = false;
+    s.chars()
+        .map(|ch| {
+            let first = ch.is_alphabetic() && !inside;
+            inside = ch.is_alphabetic();
+            if first { ch.to_ascii_uppercase() } else { ch.to_ascii_lowercase() }
+        })
+        .collect()
+}
+
+/// Where a text first holds another, in characters.
+fn place(c: &Call) -> Result<Option<usize>, Fault> {
+    let s = c.text(0)?;
+    c.eval.budget.text(s.len())?;
+    Ok(s.find(c.text(1)?).map(|at| s[..at].chars().count()))
+}
 
 fn text(c: &Call, f: fn(&str) -> String) -> Result<Value, Fault> {
     let s = c.text(0)?;
@@ -189,6 +234,7 @@ pub fn of(owner: &Value) -> impl Iterator<Item = &'static Row> + Clone {
         Value::Str(_) => (TEXT, &[]),
         Value::Dict(_) => (methods_dict::DICT, &[]),
         Value::Set(_) => (methods_dict::SET, &[]),
+        Value::Builtin(row) if matches!(row.run, super::args::Run::Binary(_)) => (ufunc::ROWS, &[]),
         _ => (&[], &[]),
     };
     let shared: &'static [&'static str] = if own.as_ptr() == ARRAY.as_ptr() { SHARED } else { &[] };

@@ -32,9 +32,13 @@ pub const DICT: &[Row] = &[
             .or_else(|| c.get(2).ok().cloned())
             .ok_or_else(|| Fault::Key(super::format::repr(c.get(1).unwrap_or(&Value::None))))
     }),
-    Row::new("update", "self other", |c| {
-        let Value::Dict(other) = c.get(1)? else { return Err(c.problem("takes a dict")) };
-        let entries = other.0.borrow().entries().to_vec();
+    Row::new("update", "self other? **named", |c| {
+        let mut entries = match c.opt(1) {
+            None => Vec::new(),
+            Some(Value::Dict(other)) => other.0.borrow().entries().to_vec(),
+            Some(_) => return Err(c.problem("takes a dict")),
+        };
+        entries.extend(c.named.iter().map(|(k, v)| (Value::str(k.clone()), v.clone())));
         c.eval.budget.allocate(entries.len())?;
         entries.into_iter().try_for_each(|(k, v)| table(c)?.0.borrow_mut().insert(&k, v).map(drop))?;
         Ok(Value::None)
@@ -88,9 +92,9 @@ fn set_operation(c: &Call, op: ruff_python_ast::Operator) -> Result<Value, Fault
     super::operators::binary(&c.eval.budget, op, c.get(0)?, &other)
 }
 
-/// `dict()` of another dict, of pairs, or of nothing.
+/// `dict()` of another dict or of pairs, and of keyword arguments.
 pub fn dict(c: &Call) -> Result<Value, Fault> {
-    let entries = match c.opt(0) {
+    let mut entries: Vec<(Value, Value)> = match c.opt(0) {
         None => Vec::new(),
         Some(Value::Dict(other)) => other.0.borrow().entries().to_vec(),
         Some(_) => c
@@ -102,6 +106,7 @@ pub fn dict(c: &Call) -> Result<Value, Fault> {
             })
             .collect::<Result<_, _>>()?,
     };
+    entries.extend(c.named.iter().map(|(k, v)| (Value::str(k.clone()), v.clone())));
     c.eval.budget.allocate(entries.len())?;
     made(entries).map(Value::dict)
 }

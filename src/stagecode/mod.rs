@@ -2,8 +2,8 @@
 //!
 //! Source text comes in, block after block into one namespace; arrays of that namespace go out, or a
 //! [`CodeError`] with line, column and a way out. The syntax tree is `ruff`'s, everything that runs is
-//! here: no file, no network, no import but numpy and math, and nothing beyond the [`Limits`]. Imports
-//! nothing of donut.
+//! here: no file, no network, no import but numpy and math, and nothing beyond the [`Limits`]. [`Python`]
+//! runs what is beyond the subset, shut in by the system instead. Imports nothing of donut.
 //!
 //! | looking for | open |
 //! |---|---|
@@ -13,6 +13,7 @@
 //! | the table of numpy functions | `numpy.rs` and `numpy_*.rs` |
 //! | random numbers | `random.rs`, `random_table.rs` |
 //! | names without an import, methods | `builtins.rs`, `methods.rs` |
+//! | CPython instead, in a sandbox | `python.rs`, `sandbox.rs`, `harness.py` |
 
 mod args;
 mod array;
@@ -44,18 +45,24 @@ mod numpy_grid;
 mod numpy_join;
 mod numpy_linalg;
 mod numpy_logic;
+mod numpy_place;
 mod numpy_reduce;
 mod numpy_shape;
 mod numpy_sort;
 mod operators;
+mod python;
 mod random;
 mod random_choice;
 mod random_table;
+mod sandbox;
 mod session;
 mod source;
+mod ufunc;
 mod value;
 mod ziggurat_tables;
 
 pub use error::{CodeError, Fault};
 pub use limits::Limits;
-pub use session::{Captured, Session, evaluate};
+pub use python::Python;
+pub use sandbox::EngineError;
+pub use session::{Captured, Interpreter, Session, evaluate};

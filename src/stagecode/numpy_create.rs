@@ -33,6 +33,15 @@ pub const ROWS: &[Row] = &[
     Row::new("diag", "v k?", diag),
     Row::new("tril", "m k?", |c| triangle(c, |row, column, k| column <= row + k)),
     Row::new("triu", "m k?", |c| triangle(c, |row, column, k| column >= row + k)),
+    Row::new("tri", "N M? k? dtype?", |c| {
+        let rows = c.count(0)?;
+        let columns = if c.opt(1).is_some() { c.count(1)? } else { rows };
+        let k = c.int_or(2, 0)?;
+        c.eval.budget.allocate_shape(&[rows, columns])?;
+        let one = |i: usize, j: usize| f64::from(u8::from(j as i64 <= (i as i64).saturating_add(k)));
+        let all = (0..rows).flat_map(|i| (0..columns).map(move |j| one(i, j))).collect();
+        Ok(Value::Array(Array::floats_as(all, c.dtype(3)?.unwrap_or(Dtype::F64), vec![rows, columns])))
+    }),
     Row::new("fromiter", "iter dtype?", array),
     Row::new("ndarray", "*args", |_| {
         Err(Fault::unsupported("making an ndarray by its class", "use np.array, np.zeros or np.empty"))

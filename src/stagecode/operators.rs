@@ -27,8 +27,10 @@ pub fn binary(budget: &Budget, op: Operator, a: &Value, b: &Value) -> Result<Val
             budget.text(x.len() + y.len())?;
             Ok(Value::str(format!("{x}{y}")))
         }
-        (Value::Str(_), _) if op == Operator::Mod => {
-            Err(Fault::unsupported("text % values", "use an f-string: f\"{value:.3f}\""))
+        (Value::Str(template), values) if op == Operator::Mod => {
+            let text = super::format::percent(template, values)?;
+            budget.text(text.len())?;
+            Ok(Value::str(text))
         }
         (Value::Str(s), Value::Number(n)) | (Value::Number(n), Value::Str(s)) if op == Operator::Mult => {
             let times = usize::try_from(n.int()).unwrap_or(0);

@@ -18,9 +18,13 @@ pub fn choice(c: &Call) -> Result<Value, Fault> {
         Value::Number(_) => None,
         _ => Some(c.array(1)?),
     };
+    let axis = match &pool {
+        Some(a) => c.axis(5, a.ndim())?.unwrap_or(0),
+        None => 0,
+    };
     let n = match &pool {
         None => c.count(1)?,
-        Some(a) => a.shape().first().copied().unwrap_or(0),
+        Some(a) => a.shape().get(axis).copied().unwrap_or(0),
     };
     let shape = if c.opt(2).is_some() { c.shape(2)? } else { Vec::new() };
     let count = c.eval.budget.allocate_shape(&shape)?;
@@ -44,6 +48,10 @@ pub fn choice(c: &Call) -> Result<Value, Fault> {
     let Some(pool) = pool else {
         return Ok(Value::array(Array::ints(at.into_iter().map(|i| i as i64).collect(), shape)));
     };
+    if axis > 0 {
+        let at = Array::ints(at.into_iter().map(|i| i as i64).collect(), shape);
+        return super::numpy_place::along(c, &pool, axis, &Value::Array(at));
+    }
     let picked = super::convert::to_array(&c.eval.budget, &rows(c, &pool, at)?, None)?;
     Ok(Value::array(picked.reshape([&shape, &picked.shape()[1..]].concat())))
 }

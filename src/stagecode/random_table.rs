@@ -49,6 +49,7 @@ const COMMON: &[Row] = &[
     Row::new("exponential", "self scale? size?", |c| {
         draw(c, [(1, 1.0)], 2, |r, [scale]| scale * r.exponential())
     }),
+    Row::new("standard_exponential", "self size?", |c| fill(c, 1, Random::exponential)),
     Row::new("standard_normal", "self size? dtype?", |c| fill(c, 1, Random::normal)),
     Row::new("triangular", "self left mode right size?", |c| {
         draw(c, [(1, 0.0), (2, 0.0), (3, 0.0)], 4, |r, sides| triangular(r.uniform(), sides))

@@ -32,7 +32,20 @@ pub enum Captured {
         values: Vec<f64>,
     },
     /// A value of another type, by the type's name.
-    Other(&'static str),
+    Other(String),
+}
+
+/// What runs the code of an answer, block after block into one namespace.
+pub trait Interpreter {
+    /// Runs a block whose first line is line `first_line` of its file and whose lines had `indent`
+    /// characters taken off.
+    fn run(&mut self, code: &str, first_line: usize, indent: usize) -> Result<(), CodeError>;
+    /// The number that a formula such as `4/3 * pi` stands for, worked out without touching the namespace.
+    fn formula(&mut self, text: &str) -> Option<f64>;
+    /// The variable of a name.
+    fn capture(&mut self, name: &str) -> Captured;
+    /// Names of all variables that hold an array of points, (n, 3), in alphabetical order.
+    fn clouds(&mut self) -> Vec<String>;
 }
 
 /// One namespace and the budget of all code that runs in it.
@@ -101,7 +114,7 @@ impl Session {
                 Captured::Array { shape: a.shape().to_vec(), values: a.to_floats() }
             }
             Some(Value::Number(n)) => Captured::Array { shape: Vec::new(), values: vec![n.float()] },
-            Some(other) => Captured::Other(other.type_name()),
+            Some(other) => Captured::Other(other.type_name().to_owned()),
         }
     }
 
@@ -119,5 +132,23 @@ impl Session {
     fn clear(&mut self) {
         let variables = std::mem::take(&mut *self.eval.globals.variables.borrow_mut());
         drop(variables);
+    }
+}
+
+impl Interpreter for Session {
+    fn run(&mut self, code: &str, first_line: usize, indent: usize) -> Result<(), CodeError> {
+        Session::run(self, code, first_line, indent)
+    }
+
+    fn formula(&mut self, text: &str) -> Option<f64> {
+        Session::formula(self, text)
+    }
+
+    fn capture(&mut self, name: &str) -> Captured {
+        Session::capture(self, name)
+    }
+
+    fn clouds(&mut self) -> Vec<String> {
+        Session::clouds(self)
     }
 }

@@ -9,10 +9,10 @@ use toml::{Table, Value};
 use super::error::TaskError;
 use super::shapes::Solid;
 use super::source::TaskSource;
-use super::volume::measure_volume;
 use super::words::dough_in_words;
 use crate::llm::stage::Stage;
 use crate::math::cloud::{Bounds, Point};
+use crate::math::volume::measure_volume;
 
 /// The task that lends everything but the dough.
 const TEMPLATE: &str = "donut";

@@ -1,9 +1,11 @@
 //! What can be wrong with a task or with a plan for it.
 //!
 //! Made by the other files of this module and printed by the command line, which ends with exit code 2; each
-//! message is a sentence that names the thing at fault and the way out. Imports nothing of donut.
+//! message is a sentence that names the thing at fault and the way out. Imports llm's errors.
 
 use thiserror::Error;
+
+use crate::llm::lineage::UnknownPiece;
 
 /// A task that cannot be used.
 #[derive(Debug, Error)]
@@ -41,11 +43,8 @@ pub enum StageError {
     )]
     UnknownTool { step: u32, tool: String, known: String },
 
-    #[error(
-        "step {step} takes `{name}`, which no step before it made; the pieces at that point are {live}: \
-         correct the name in the answer"
-    )]
-    UnknownPiece { step: u32, name: String, live: String },
+    #[error(transparent)]
+    UnknownPiece(#[from] UnknownPiece),
 
     #[error("step {step} makes no piece of dough; its output variables must be arrays of points")]
     NoOutput { step: u32 },

@@ -10,7 +10,6 @@ pub mod file;
 pub mod generate;
 pub mod gradcheck;
 pub mod measures;
-mod names;
 pub mod pieces;
 pub mod resample;
 pub mod run;
@@ -20,7 +19,7 @@ pub mod source;
 pub mod subgoal;
 pub mod tools;
 mod values;
-pub mod volume;
+pub mod volume_suite;
 mod words;
 
 pub use describe::Description;

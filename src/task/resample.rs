@@ -7,10 +7,10 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet};
 
-use super::volume::measure_volume;
 use crate::math::cloud::Point;
 use crate::math::neighbours::{Neighbours, spacing};
 use crate::math::rng::{Pcg64, sample_indices, seeded, uniform};
+use crate::math::volume::measure_volume;
 
 /// Candidates per wanted point: with three, thinning finds an even subset of even a clumpy cloud.
 const CANDIDATES: usize = 3;

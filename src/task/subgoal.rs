@@ -5,12 +5,12 @@
 //! and llm's stage type.
 
 use super::error::StageError;
-use super::names::LivePieces;
 use super::pieces::{Piece, PieceId, Pieces, weights};
 use super::resample::{resample, shares};
-use super::volume::measure_volume;
+use crate::llm::lineage::LivePieces;
 use crate::llm::stage::{NamedCloud, Stage};
 use crate::math::cloud::{Bounds, Point};
+use crate::math::volume::measure_volume;
 
 /// Share of a piece's points that may lie below the table's surface: where a cloud ends must not hang on
 /// its single lowest point.
@@ -149,15 +149,19 @@ impl StagePlan {
         let step = stage.step;
         let tool = known_tool(stage, &world.tools)?;
         let inputs = live.take(step, &stage.inputs)?;
-        if stage.outputs.is_empty() {
-            return Err(StageError::NoOutput { step });
-        }
         let mut outputs = Vec::new();
         for cloud in &stage.outputs {
             let piece = placed_piece(stage, cloud, frame, world)?;
+            // A piece that the stage lists though it neither takes nor changes it stays what it is.
+            if live.named(&piece.name).is_some_and(|id| self.pieces[id].points == piece.points) {
+                continue;
+            }
             live.add(self.pieces.len(), &piece.name);
             outputs.push(self.pieces.len());
             self.pieces.push(piece);
+        }
+        if outputs.is_empty() {
+            return Err(StageError::NoOutput { step });
         }
         self.stages.push(PlannedStage { step, title: stage.title.clone(), tool, inputs, outputs });
         Ok(())

@@ -8,11 +8,13 @@
 //! | `report`, `pack` | the self-contained HTML file, and the compressed numbers in it |
 //! | `render` | pictures: one scene, or the key frames of a run |
 //! | `scene`, `mesh`, `camera` | what is in a picture, tools as triangles, the point of view |
+//! | `clouds` | pictures of the clouds of a plan |
 //! | `field` | the smooth body that particles stand for |
 //! | `surface`, `light` | what each pixel sees, and how much light reaches it |
 //! | `picture`, `font` | pixels, PNG files, captions |
 
 pub mod camera;
+pub mod clouds;
 pub mod field;
 mod font;
 pub mod light;

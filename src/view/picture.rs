@@ -44,12 +44,39 @@ impl Picture {
         strip
     }
 
+    /// Pictures one below another, `gap` white pixels between them, from the left edge.
+    pub fn one_below_another(rows: &[Self], gap: usize) -> Self {
+        let width = rows.iter().map(|p| p.width).max().unwrap_or(0);
+        let height = rows.iter().map(|p| p.height + gap).sum::<usize>().saturating_sub(gap);
+        let mut sheet = Self::filled(width, height, [255; 3]);
+        let mut top = 0;
+        for row in rows {
+            for y in 0..row.height {
+                let start = (top + y) * width;
+                sheet.pixels[start..start + row.width]
+                    .copy_from_slice(&row.pixels[y * row.width..(y + 1) * row.width]);
+            }
+            top += row.height + gap;
+        }
+        sheet
+    }
+
     /// Writes `text` near the lower edge, in the middle, at a size that follows the picture's.
     pub fn caption(&mut self, text: &str, color: [u8; 3]) {
         let fitting = self.width / (font::advance(text) + 8).max(1);
         let scale = (self.height / 220).clamp(1, fitting.max(1));
         let left = self.width.saturating_sub(font::advance(text) * scale) / 2;
         let top = self.height.saturating_sub((font::HEIGHT + 6) * scale);
+        self.text(left, top, text, color, scale);
+    }
+
+    /// Pixels that a text takes across, at scale 1.
+    pub fn text_width(text: &str) -> usize {
+        font::advance(text)
+    }
+
+    /// Writes `text` with its upper left corner at (`left`, `top`), a dot of the font `scale` pixels wide.
+    pub fn text(&mut self, left: usize, top: usize, text: &str, color: [u8; 3], scale: usize) {
         for (x, y) in font::dots(text) {
             for (dx, dy) in (0..scale * scale).map(|k| (k % scale, k / scale)) {
                 let (px, py) = (left + x * scale + dx, top + y * scale + dy);

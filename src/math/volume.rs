@@ -4,8 +4,8 @@
 //! overlap, the union is shrunk back by the same radius (a morphological closing, on voxels), and the thin
 //! layer between the outermost points and the true surface is added. Imports point clouds.
 
-use crate::math::cloud::{Bounds, Point};
-use crate::math::neighbours::{Neighbours, spacing};
+use super::cloud::{Bounds, Point};
+use super::neighbours::{Neighbours, spacing};
 
 /// Growth, in spacings: enough that randomly drawn points leave no voids, little enough that a hole which
 /// is a few spacings wide stays open.
@@ -106,26 +106,24 @@ impl Voxels {
         let strides = [self.count[1] * self.count[2], self.count[2], 1];
         for axis in 0..3 {
             let n = self.count[axis];
-            let mut line = vec![0.0; n];
-            let starts =
-                (0..d.len()).filter(|start| (start / strides[axis]).is_multiple_of(n)).collect::<Vec<_>>();
-            for start in starts {
+            let stride = strides[axis];
+            let (mut line, mut lowest) = (vec![0.0; n], Vec::with_capacity(n));
+            for start in (0..d.len()).step_by(n * stride).flat_map(|block| block..block + stride) {
                 for (i, value) in line.iter_mut().enumerate() {
-                    *value = d[start + i * strides[axis]];
+                    *value = d[start + i * stride];
                 }
-                for (i, value) in envelope(&line).into_iter().enumerate() {
-                    d[start + i * strides[axis]] = value;
-                }
+                envelope(&line, &mut lowest, |i, value| d[start + i * stride] = value);
             }
         }
         d
     }
 }
 
-/// `min over j of f[j] + (i - j)^2` for every i.
-fn envelope(f: &[f64]) -> Vec<f64> {
-    // (position of a parabola, where it becomes the lowest)
-    let mut lowest: Vec<(usize, f64)> = vec![(0, f64::NEG_INFINITY)];
+/// Gives `min over j of f[j] + (i - j)^2` for every i to `set`. `lowest` is room for parabolas: the position of
+/// each, and where it becomes the lowest.
+fn envelope(f: &[f64], lowest: &mut Vec<(usize, f64)>, mut set: impl FnMut(usize, f64)) {
+    lowest.clear();
+    lowest.push((0, f64::NEG_INFINITY));
     for q in 1..f.len() {
         loop {
             let (v, from) = lowest[lowest.len() - 1];
@@ -139,15 +137,13 @@ fn envelope(f: &[f64]) -> Vec<f64> {
         }
     }
     let mut k = 0;
-    (0..f.len())
-        .map(|i| {
-            while k + 1 < lowest.len() && lowest[k + 1].1 < i as f64 {
-                k += 1;
-            }
-            let v = lowest[k].0;
-            f[v] + (i as f64 - v as f64).powi(2)
-        })
-        .collect()
+    for i in 0..f.len() {
+        while k + 1 < lowest.len() && lowest[k + 1].1 < i as f64 {
+            k += 1;
+        }
+        let v = lowest[k].0;
+        set(i, f[v] + (i as f64 - v as f64).powi(2));
+    }
 }
 
 #[cfg(test)]

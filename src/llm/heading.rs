@@ -1,0 +1,188 @@
+//! Headings: which lines begin a step, and which end the steps.
+//!
+//! A line comes in; number, title and how surely it is a heading go out. Imports `fields`.
+
+use super::fields::{self, DASHES};
+
+/// The heading of a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heading {
+    /// The step's number.
+    pub step: u32,
+    /// The rest of the line.
+    pub title: String,
+    /// How it is marked: 3 by `#`, 2 by bold type or brackets around the number, 1 by nothing.
+    pub rank: u8,
+}
+
+/// Numbers that are written out.
+const WORDS: [&str; 11] =
+    ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"];
+
+/// Headings of what comes after the last step.
+const ENDINGS: &[&str] = &[
+    "summary",
+    "conclusion",
+    "recap",
+    "overview",
+    "verification",
+    "visualization",
+    "visualisation",
+    "plotting",
+    "notes",
+    "note",
+    "remarks",
+    "final",
+    "complete code",
+    "complete script",
+    "full code",
+    "full script",
+    "overall",
+    "volume check",
+    "volume summary",
+    "plan summary",
+    "combined code",
+];
+
+/// The heading of a step such as `### Step 2: Roll it` or `Step [2]: Roll it`.
+pub fn step(line: &str) -> Option<Heading> {
+    let plain = fields::without_markup(line);
+    let rest = strip_word(&plain, "step").or_else(|| strip_word(&plain, "stage"))?;
+    let opened = rest.trim_start_matches([' ', '#', '*', '_']);
+    let opened = if rest.starts_with(DASHES) { &opened[opened.chars().next()?.len_utf8()..] } else { opened };
+    let body = opened.trim_start_matches(['[', '(']);
+    let (step, after) = numeral(body)?;
+    let bracketed = body.len() < opened.len() && after.starts_with([']', ')']);
+    let after = without_total(after.trim_start_matches([']', ')', '*', '_', ' ']));
+    let title = after.trim_start_matches([':', '.', ')', '|', ' ', '*', '_', '→']).trim_start_matches(DASHES);
+    let title = title.trim_start_matches([' ', '*', ':', '_']);
+    let rank = rank(line).max(if bracketed { 2 } else { 1 });
+    // Without a mark of its own, "Step 2 uses the pin" is a sentence.
+    let ends_number =
+        after.is_empty() || after.len() > title.len() && !after.starts_with(char::is_alphanumeric);
+    (rank > 1 || ends_number || after.starts_with('(')).then(|| Heading { step, title: tidy(title), rank })
+}
+
+/// The heading of a step in an answer that never says "step": `## 2. Roll it` or `**2) Roll it**`.
+pub fn numbered(line: &str) -> Option<Heading> {
+    let body = line.trim_start();
+    let marked = body.trim_start_matches(['#', '*', ' ']);
+    if marked.len() == body.len() || body.starts_with("* ") {
+        return None;
+    }
+    let digits = marked.chars().take_while(char::is_ascii_digit).count();
+    let step = marked[..digits].parse().ok()?;
+    let title = marked[digits..].strip_prefix(['.', ')', ':'])?;
+    title.starts_with([' ', '*']).then(|| Heading { step, title: tidy(title), rank: 3 })
+}
+
+/// Whether the line begins what follows the steps, such as `## Summary`.
+pub fn ends_steps(line: &str) -> bool {
+    if rank(line) == 1 {
+        return false;
+    }
+    let plain = fields::without_markup(line).to_lowercase();
+    let whole = |rest: &str| !rest.starts_with(char::is_alphanumeric);
+    ENDINGS.iter().any(|word| plain.strip_prefix(word).is_some_and(whole))
+}
+
+fn rank(line: &str) -> u8 {
+    let body = line.trim_start().trim_start_matches(['-', '>', ' ']);
+    let digits = body.chars().take_while(char::is_ascii_digit).count();
+    let body = body[digits..].trim_start_matches(['.', ')', ' ']);
+    match body.as_bytes() {
+        [b'#', ..] => 3,
+        [b'*', b'*', ..] | [b'_', b'_', ..] => 2,
+        _ => 1,
+    }
+}
+
+/// The number at the start of a text, in digits or in words, and the rest.
+fn numeral(text: &str) -> Option<(u32, &str)> {
+    let digits = text.chars().take_while(char::is_ascii_digit).count();
+    if digits > 0 {
+        return Some((text[..digits].parse().ok()?, &text[digits..]));
+    }
+    let word = (0..).zip(WORDS).find_map(|(n, word)| Some((n, strip_word(text, word)?)));
+    word.or_else(|| strip_word(text, "n").and_then(|rest| numeral(rest.strip_prefix('=')?)))
+}
+
+/// Takes off the "of 3" or "/3" behind a step's number.
+fn without_total(after: &str) -> &str {
+    let rest = after.strip_prefix('/').or_else(|| strip_word(after, "of")).map(str::trim_start);
+    match rest.and_then(numeral) {
+        Some((_, rest)) => rest.trim_start_matches([']', ')', '*', '_', ' ']),
+        None => after,
+    }
+}
+
+fn tidy(title: &str) -> String {
+    let title = title.trim().trim_end_matches(['*', '#', ' ', '_']).trim_start_matches(['*', ' ']);
+    title.strip_prefix('[').and_then(|t| t.strip_suffix(']')).unwrap_or(title).to_owned()
+}
+
+/// The rest of `text` behind a word, whatever its case.
+fn strip_word<'a>(text: &'a str, word: &str) -> Option<&'a str> {
+    let head = text.get(..word.len())?;
+    let rest = &text[word.len()..];
+    let whole = !rest.starts_with(|c: char| c.is_alphabetic());
+    (head.eq_ignore_ascii_case(word) && whole).then_some(rest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn headings_in_many_spellings() {
+        for line in [
+            "### Step 2: Roll it",
+            "Step [2]: Roll it",
+            "**Step 2: Roll it**",
+            "**Step 2:** Roll it",
+            "**Step 2**: Roll it",
+            "2. **Step 2** - Roll it",
+            "## STEP 2 — Roll it",
+            "* Step (2). Roll it",
+            "Step [2]: [Roll it]",
+            "#### Step 2 of 3: Roll it",
+            "Step 2/3 ‐ Roll it",
+            "Step Two: Roll it",
+            "### Stage 2) Roll it",
+            "__Step 2:__ Roll it",
+            "- **Step [2]**: Roll it",
+            "Step-2: Roll it",
+            "Step_2: Roll it",
+            "step2: Roll it",
+            "> ### Step 2 | Roll it",
+            "### Step 2 Roll it ###",
+            "\tStep [N=2]: Roll it",
+        ] {
+            let found = step(line).map(|h| (h.step, h.title));
+            assert_eq!(found, Some((2, "Roll it".to_owned())), "{line}");
+        }
+        assert_eq!(step("Step 2").unwrap().title, "");
+        assert_eq!(step("Step [0] (optional): build the ball").unwrap().title, "(optional): build the ball");
+        for line in
+            ["Step 2 uses the rolling pin", "the pole of step 2: none", "Steps 2: x", "stepwise", "Step on"]
+        {
+            assert_eq!(step(line), None, "{line}");
+        }
+    }
+
+    #[test]
+    fn numbers_may_head_steps_if_they_are_marked() {
+        for line in ["## 2. Roll it", "**2. Roll it**", "### 2) **Roll it**"] {
+            assert_eq!(numbered(line).unwrap().title, "Roll it", "{line}");
+        }
+        for line in ["2. Roll it", "* 2. Roll it", "## Roll 2. it", "**2.5 units**"] {
+            assert_eq!(numbered(line), None, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_summary_ends_the_steps() {
+        assert!(ends_steps("## Summary of the plan") && ends_steps("**Final result:**"));
+        assert!(!ends_steps("Summary") && !ends_steps("### Noteworthy") && !ends_steps("#### Code"));
+    }
+}
