@@ -86,8 +86,6 @@ pub struct SearchSettings {
     pub lengths: Vec<usize>,
     /// A stroke's worth is what it gains divided by its length to this power.
     pub length_exponent: f64,
-    /// The best strokes that are tried with all particles.
-    pub finalists: usize,
     /// Gradient steps that refine the best stroke.
     pub gradient_steps: usize,
     /// Learning rate of these steps, on the knots.
@@ -116,7 +114,6 @@ impl SearchSettings {
             knots: 4,
             lengths: vec![10, 20, 40],
             length_exponent: 0.2,
-            finalists: 6,
             gradient_steps: 8,
             learning_rate: 0.05,
             settle_steps: 10,

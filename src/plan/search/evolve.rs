@@ -44,14 +44,14 @@ pub struct Search<'a, T: Real> {
 }
 
 impl<T: Real> Search<'_, T> {
-    /// The best strokes of all that were tried and could be carried out, best first. `on_searched` hears which share of the
+    /// The best stroke of all that were tried, if one could be carried out. `on_searched` hears which share of the
     /// search is done.
     pub fn run(
         &mut self,
         seeds: &[Seed],
         rng: &mut Pcg64,
         mut on_searched: impl FnMut(f64),
-    ) -> Vec<Tried> {
+    ) -> Option<Tried> {
         let s = self.settings;
         let lengths: Vec<usize> = s.lengths.iter().map(|&l| l.min(self.steps_left)).collect();
         let before = self.coarse.objective(&self.coarse.state.x);
@@ -75,12 +75,11 @@ impl<T: Real> Search<'_, T> {
             pool.truncate(s.parents);
             on_searched((generation + 1) as f64 / s.generations as f64);
             if pool.is_empty() {
-                return pool;
+                return None;
             }
         }
         self.refine(&mut pool);
-        pool.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
-        pool
+        pool.into_iter().max_by(|a, b| merit(a).total_cmp(&merit(b)))
     }
 
     /// Adds to the best strokes what gradient steps make of them.

@@ -17,7 +17,7 @@ use crate::math::rng::seeded;
 use crate::sim::lanes::Real;
 use crate::sim::{Batch, Options, ParticleState, SimError, Simulator, ToolPose};
 use coarse::Coarse;
-use evolve::{Search, Tried};
+use evolve::Search;
 
 /// Plans and executes one stage.
 pub fn plan_stage<T: Real>(
@@ -29,6 +29,7 @@ pub fn plan_stage<T: Real>(
     let tool = std::slice::from_ref(problem.tool);
     // Nothing is differentiated with all particles: keep no substeps.
     let forward_only = Options { memory_limit: 0, ..problem.options.clone() };
+    let mut sim = Simulator::<T>::new(problem.params.clone(), tool.to_vec(), forward_only.clone());
     let mut batch = Batch::<T>::new(problem.params, tool, &forward_only);
     let mut rng = seeded(problem.seed, "search");
     let mut state = start.clone();
@@ -82,14 +83,16 @@ pub fn plan_stage<T: Real>(
             let horizon = search.lengths.iter().copied().max().unwrap_or(0);
             observe(Progress { step: steps, searched, horizon, emd: emd_now, resets });
         });
-        if found.is_empty() {
-            break StopReason::NoPlace;
-        }
-        let Some((found, executed)) = best_of(&mut batch, problem, &state, &found) else {
-            failures += 1;
-            continue;
+        let Some(found) = found else { break StopReason::NoPlace };
+        let actions = found.stroke.actions();
+        let done = execute(&mut sim, problem, &state, &found.pose, actions, search.settle_steps);
+        let (mut horizon, settled, settling) = match done {
+            Ok(done) => done,
+            Err(_) => {
+                failures += 1;
+                continue;
+            }
         };
-        let (mut horizon, settled, settling) = executed;
         horizon.losses = vec![coarse.objective(&coarse.state.x), found.objective];
         let emd_after = stage_emd(problem, &settled.x);
         let accepted = emd_after < emd_now * (1.0 - search.least_gain);
@@ -120,35 +123,14 @@ pub fn plan_stage<T: Real>(
 /// A stroke with all particles: what the tool did, the dough after it has settled, and how it settled.
 type Executed = (Horizon, ParticleState, Vec<Vec<Point>>);
 
-/// Tries the best strokes with all particles and keeps the one that is best there: few particles do not tell
-/// everything, above all of a knife.
-fn best_of<T: Real>(
-    batch: &mut Batch<T>,
-    problem: &StageProblem<'_>,
-    state: &ParticleState,
-    found: &[Tried],
-) -> Option<(Tried, Executed)> {
-    let before = stage_emd(problem, &state.x);
-    let finalists = &found[..found.len().min(problem.search.finalists)];
-    let tried = batch.run(finalists, |sim, tried| {
-        let executed = execute(sim, problem, state, &tried.pose, tried.stroke.actions()).ok()?;
-        let gain = before - stage_emd(problem, &executed.1.x);
-        let merit = gain / (tried.stroke.steps as f64).powf(problem.search.length_exponent);
-        Some((merit, tried.clone(), executed))
-    });
-    // Of equal ones the first, which is the better one with few particles.
-    let best = tried.into_iter().flatten().reduce(|best, next| if next.0 > best.0 { next } else { best });
-    best.map(|(_, tried, executed)| (tried, executed))
-}
-
 fn execute<T: Real>(
     sim: &mut Simulator<T>,
     problem: &StageProblem<'_>,
     start: &ParticleState,
     pose: &ToolPose,
     actions: Vec<Vec<f64>>,
+    settle_steps: usize,
 ) -> Result<Executed, SimError> {
-    let settle_steps = problem.search.settle_steps;
     sim.set_tools(vec![problem.tool.clone()]);
     sim.rollout(start, &[*pose], &actions)?;
     let steps = sim.steps();
