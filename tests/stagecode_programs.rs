@@ -40,8 +40,8 @@ fn programs_give_the_values_of_numpy() {
                     if serde_json::json!(shape) != wanted["shape"] {
                         failures.push(format!("{name}: shape {shape:?}, not {}", wanted["shape"]));
                     }
-                    let pairs = values.iter().zip(&wanted_values).enumerate();
-                    if let Some((i, (a, b))) = pairs.filter(|(_, (a, b))| !agree(**a, **b)).next() {
+                    let mut pairs = values.iter().zip(&wanted_values).enumerate();
+                    if let Some((i, (a, b))) = pairs.find(|(_, (a, b))| !agree(**a, **b)) {
                         failures.push(format!("{name}: [{i}] is {a}, not {b}"));
                     }
                 }

@@ -215,7 +215,7 @@ impl Reader {
         let left = reader
             .fence
             .take()
-            .filter(|f| !reader.ended && !(f.language == Language::Unnamed && reader.wrappers > 0));
+            .filter(|f| !(reader.ended || f.language == Language::Unnamed && reader.wrappers > 0));
         if let Some(open) = left.filter(|open| open.lines.iter().any(|l| !l.trim().is_empty())) {
             reader.reply.unclosed_fence = Some(open.line);
         }

@@ -148,7 +148,7 @@ fn with_products(text: &str) -> String {
     // The last sign that is no blank, and whether it ends a number or bracket.
     let (mut ended, mut word) = (false, false);
     for c in text.chars() {
-        let starts = c.is_alphanumeric() && !word || c == '(' && !word;
+        let starts = !word && (c.is_alphanumeric() || c == '(');
         if starts && ended
             || word && ended && c.is_alphabetic() && out.ends_with(|d: char| d.is_ascii_digit())
         {
