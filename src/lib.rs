@@ -15,10 +15,12 @@
 //! | [`task`] | task files, scenes, pieces of dough, subgoals in the simulator's world |
 //! | [`store`] | what a run leaves on disk; `.npy` and `.npz` |
 //! | [`view`] | `report.html` and pictures |
+//! | [`eval`] | the paper's experiments: trials, statistics, tables |
 //! | [`cli`] | one file a subcommand |
 
 pub mod cli;
 pub mod emd;
+pub mod eval;
 pub mod llm;
 pub mod math;
 pub mod plan;

@@ -2,7 +2,7 @@
 //! go on.
 
 use donut::math::cloud::Point;
-use donut::plan::losses::Goal;
+use donut::plan::losses::{Aim, Goal};
 use donut::plan::optimize::optimize;
 use donut::plan::settings::{Effort, Method, SearchSettings};
 use donut::plan::{StageProblem, StopReason, plan_stage};
@@ -52,7 +52,7 @@ fn an_iteration_that_breaks_down_is_rejected_and_the_last_good_actions_are_kept(
     assert!(matches!(error, SimError::Inverted { .. } | SimError::NonFinite { .. }), "{error}");
 
     let active: Vec<usize> = (0..world.start.len()).collect();
-    let goal = Goal { reachable: &world.target, active: &active, weights: scene.planner.loss_weights };
+    let goal = Goal { aim: Aim::Points(&world.target), active: &active, weights: scene.planner.loss_weights };
     let mut heard = 0;
     let horizon = optimize(&mut sim, &world.start, &pose, &goal, &scene.planner, |_| heard += 1).unwrap();
     assert!(horizon.fault.is_some(), "a step at rate 1 is full speed");
@@ -66,8 +66,12 @@ fn plan(method: Method) {
     let world = world();
     let scene = &world.scene;
     let active: Vec<usize> = (0..world.start.len()).collect();
-    let search =
-        SearchSettings { particles: 200, population: 6, generations: 2, ..SearchSettings::of(Effort::Quick) };
+    let search = SearchSettings {
+        first_population: 6,
+        population: 6,
+        generations: 2,
+        ..SearchSettings::of(Effort::Quick)
+    };
     let problem = StageProblem {
         params: &scene.params,
         options: &Options::default(),

@@ -23,6 +23,7 @@ fn it_carries_the_run_and_calls_for_nothing_else() {
     assert_eq!(data["frames"], 41);
     assert_eq!(data["particles"], 300);
     assert_eq!(data["overlays"].as_array().unwrap().len(), 3, "target and two subgoals");
+    assert_eq!(data["reachable"], serde_json::json!({"every": 1, "count": 300, "frames": [0, 20]}));
     assert_eq!(data["tools"][1]["gripper"], true);
     assert_eq!(data["pose"].as_array().unwrap().len(), 41 * 8);
     assert_eq!(data["stages"][1]["title"], "Carry one half away");

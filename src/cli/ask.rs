@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
+use tracing::{debug, info, warn};
 
 use crate::llm::http::{Key, Patience, Pause};
 use crate::llm::live::{LiveModel, ModelId, NoModelId, Provider, Settings};
@@ -170,7 +171,7 @@ pub fn quoted(word: &str) -> String {
 fn wait(pause: &Pause) {
     let seconds = pause.wait.as_secs_f64();
     let (next, all) = (pause.attempt + 1, pause.attempts);
-    eprintln!("warning: {}; attempt {next} of {all} in {seconds:.0} s", pause.reason);
+    warn!("{}; attempt {next} of {all} in {seconds:.0} s", pause.reason);
     std::thread::sleep(pause.wait);
 }
 
@@ -182,13 +183,15 @@ pub fn ask<T>(
     judge: impl FnMut(&str) -> Result<T, String>,
     out: &Path,
 ) -> anyhow::Result<(T, Conversation)> {
-    eprintln!("asking {} ..", model.name());
+    info!("asking {} ..", model.name());
     let observe = |conversation: &Conversation| {
         let number = conversation.attempts.len();
-        if let Some(problem) = conversation.attempts.last().and_then(|a| a.problem.as_deref()) {
-            eprintln!("warning: answer {number} cannot be used: {problem}");
+        let Some(attempt) = conversation.attempts.last() else { return };
+        debug!("answer {number} has {} characters", attempt.answer.text.chars().count());
+        if let Some(problem) = &attempt.problem {
+            warn!("answer {number} cannot be used: {problem}");
             if number <= MAX_REPAIRS {
-                eprintln!("asking again ({number} of {MAX_REPAIRS}) ..");
+                info!("asking again ({number} of {MAX_REPAIRS}) ..");
             }
         }
     };

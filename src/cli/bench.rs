@@ -19,6 +19,10 @@ use crate::task::shapes::Solid;
 
 /// Times the simulator and the earth mover's distance on fixed work.
 #[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    donut bench\n  \
+    donut bench --case A --threads 2\n  \
+    donut bench --case E1 --json")]
 pub struct BenchArgs {
     /// Threads that share a rollout or a distance.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]

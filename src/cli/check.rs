@@ -22,6 +22,10 @@ const TARGETS: u64 = 5;
 
 /// Checks a task file and prints the numbers derived from it.
 #[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    donut check --task donut\n  \
+    donut check --task my-task.toml\n  \
+    donut check --task my-task.toml --response answer.md     does this answer fit the task?")]
 pub struct CheckArgs {
     /// A task's name (see `donut tasks`) or the path of a task file.
     #[arg(long, value_name = "NAME|FILE.toml")]

@@ -11,6 +11,7 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use ndarray::{Array1, Array2};
 use serde_json::json;
+use tracing::warn;
 
 use crate::emd::Measure;
 use crate::emd::exact::assign;
@@ -25,6 +26,10 @@ use crate::store::npz;
 /// The default is the debiased Sinkhorn divergence as GeomLoss computes it; --exact solves the
 /// transport problem itself.
 #[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    donut emd a.npy b.npy                                   Sinkhorn divergence, p = 1\n  \
+    donut emd a.npy b.npy --p 2 --gradient gradient.npy     and its gradient in the points of a.npy\n  \
+    donut emd a.npy b.npy --exact --match match.npy         exact, and who goes where")]
 pub struct EmdArgs {
     /// Cloud that is moved: .npy, shape (n, 3), float32 or float64
     source: PathBuf,
@@ -161,8 +166,8 @@ fn sinkhorn(args: &EmdArgs, settings: &Settings, source: Measure, target: Measur
     // Mass that is missing in one place is too much in another: half the marginal error is misplaced.
     let misplaced = 0.5 * found.marginal_error;
     if !found.converged {
-        eprintln!(
-            "warning: the iteration has not converged, {:.0} % of the mass is misplaced; a --scaling \
+        warn!(
+            "the iteration has not converged, {:.0} % of the mass is misplaced; a --scaling \
              nearer to 1 brings it closer, --exact does without",
             100.0 * misplaced
         );

@@ -4,6 +4,7 @@
 
 use anyhow::{Result, anyhow};
 use clap::ValueEnum;
+use tracing::warn;
 
 use crate::llm::answer::stages_by;
 use crate::llm::{Answer, AnswerError, stages_from_answer};
@@ -24,7 +25,7 @@ impl Engine {
     pub fn answered(self, text: &str, name: &str) -> Result<Answer> {
         let answer = self.run(text)?.map_err(|error| explained(name, &error))?;
         for warning in &answer.warnings {
-            eprintln!("warning: {name}: {warning}");
+            warn!("{name}: {warning}");
         }
         Ok(answer)
     }

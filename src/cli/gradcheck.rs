@@ -18,6 +18,10 @@ use crate::task::{gradcheck, load_scene};
 
 /// Checks the adjoint of whole rollouts against central finite differences in double precision.
 #[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    donut gradcheck                                 the tools of the task `donut`\n  \
+    donut gradcheck --task my-task.toml --tool pole\n  \
+    donut gradcheck --scene scene.json --json")]
 pub struct GradcheckArgs {
     /// Press each tool of this task into its dough: a task's name or the path of a task file.
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "donut")]

@@ -10,20 +10,20 @@ use std::process::ExitCode;
 use anyhow::{Context, ensure};
 use clap::Args;
 use comfy_table::{Table, presets};
+use tracing::{debug, warn};
 
-use super::ask::{AskArgs, ask, quoted};
+use super::ask::{AskArgs, quoted};
 use super::engine::Engine;
+use super::overrides::OverrideArgs;
 use super::progress::ProgressLine;
 use super::record::{RunInputs, record};
+use super::said::{Said, asked_or_recorded, given};
 use super::wanted::{Planned, Wanted, WantedArgs};
-use crate::llm::prompt::plan_prompt;
-use crate::llm::repair::Conversation;
 use crate::plan::settings::{Effort, Method, SearchSettings};
 use crate::sim::{Options, SimdLevel};
 use crate::store::atomic::RunDir;
 use crate::store::record::Summary;
 use crate::store::run_dir::write_and_commit;
-use crate::task::Scene;
 use crate::task::run::{Planning, run_task};
 use crate::view::report;
 
@@ -63,15 +63,8 @@ pub struct PlanArgs {
     /// Print the summary as JSON on standard output instead of a table.
     #[arg(long)]
     json: bool,
-    /// Particles, instead of the task's number.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(50..=200_000))]
-    particles: Option<u32>,
-    /// Gradient steps per horizon (J) of Algorithm 1, instead of the task's number.
-    #[arg(long, value_name = "J", value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    iterations: Option<u32>,
-    /// Control steps a stage may take, instead of the task's number.
-    #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    max_steps: Option<u32>,
+    #[command(flatten)]
+    overrides: OverrideArgs,
     /// How stages are planned.
     #[arg(long, value_enum, default_value_t)]
     method: Method,
@@ -90,13 +83,6 @@ pub struct PlanArgs {
     asking: AskArgs,
 }
 
-/// An answer, and how it was come by.
-#[derive(Default)]
-struct Said {
-    response: Option<String>,
-    conversation: Option<Conversation>,
-}
-
 /// Runs the subcommand.
 pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
     let wanted = args.wanted.find()?;
@@ -106,9 +92,9 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
     let options = args.options()?;
     let (Planned { source, mut scene, stages, warnings }, said) = args.planned(&wanted, &out)?;
     for warning in &warnings {
-        eprintln!("warning: {warning}");
+        warn!("{warning}");
     }
-    args.override_scene(&mut scene);
+    args.overrides.overrides().apply(&mut scene);
 
     let mut progress = ProgressLine::new(scene.planner.max_steps);
     let planning = Planning { method: args.method, search: SearchSettings::of(args.effort) };
@@ -127,6 +113,7 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
     };
     let record = record(&inputs, &run);
     write_and_commit(dir, &record, &report::html(&record))?;
+    debug!("wrote {}", out.display());
     let summary = &record.summary;
     if args.json {
         println!("{}", serde_json::to_string_pretty(summary)?);
@@ -137,19 +124,6 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
 }
 
 impl PlanArgs {
-    fn override_scene(&self, scene: &mut Scene) {
-        if let Some(n) = self.particles {
-            scene.dough.particles = n as usize;
-        }
-        if let Some(j) = self.iterations {
-            scene.planner.iterations = j as usize;
-        }
-        if let Some(steps) = self.max_steps {
-            scene.planner.max_steps = steps as usize;
-            scene.planner.horizon = scene.planner.horizon.min(steps as usize);
-        }
-    }
-
     fn options(&self) -> anyhow::Result<Options> {
         let simd = self.simd.unwrap_or_else(SimdLevel::best);
         ensure!(simd.is_available(), "this machine has no {simd:?} instructions; leave --simd away");
@@ -159,34 +133,20 @@ impl PlanArgs {
 
     /// The task with its stages, and the answer they came from if there is one.
     fn planned(&self, wanted: &Wanted, out: &Path) -> anyhow::Result<(Planned, Said)> {
-        if let Some(mut model) = self.asking.model()? {
-            let prompt = plan_prompt(self.asking.variant(), wanted.line("--llm")?);
-            let judge =
-                |text: &str| wanted.planned(self.engine, text).map_err(|unusable| unusable.for_model(text));
-            let (planned, conversation) = ask(&mut *model, prompt, judge, out)?;
-            let response = conversation.attempts.last().map(|attempt| attempt.answer.text.clone());
-            return Ok((planned, Said { response, conversation: Some(conversation) }));
-        }
-        let (text, name) = if let Some(path) = &self.response {
+        if let Some(path) = &self.response {
             wanted.line("--response")?;
             let text = std::fs::read_to_string(path)
                 .with_context(|| format!("cannot read the answer {}", path.display()))?;
-            (text, path.display().to_string())
-        } else {
-            if let Wanted::Task { source, scene } = wanted
-                && let Some(stages) = scene.generated_stages(self.seed, self.target)
-            {
-                let (source, scene) = (source.clone(), (**scene).clone());
-                return Ok((Planned { source, scene, stages, warnings: Vec::new() }, Said::default()));
-            }
-            let (text, name) = wanted.recorded(self.answer, self.asking.variant())?;
-            (text.to_owned(), name)
-        };
-        let mut planned = wanted.planned(self.engine, &text).map_err(|unusable| unusable.explained(&name))?;
-        for warning in &mut planned.warnings {
-            *warning = format!("{name}: {warning}");
+            return given(wanted, self.engine, &text, &path.display().to_string());
         }
-        Ok((planned, Said { response: Some(text), conversation: None }))
+        if self.asking.llm.is_empty()
+            && let Wanted::Task { source, scene } = wanted
+            && let Some(stages) = scene.generated_stages(self.seed, self.target)
+        {
+            let (source, scene) = (source.clone(), (**scene).clone());
+            return Ok((Planned { source, scene, stages, warnings: Vec::new() }, Said::default()));
+        }
+        asked_or_recorded(wanted, self.engine, &self.asking, self.answer, out, "--response FILE.md")
     }
 
     /// The command that makes the same run.
@@ -204,15 +164,12 @@ impl PlanArgs {
         add("answer", (self.answer != 1).then(|| self.answer.to_string()));
         add("engine", (self.engine == Engine::Python).then(|| "python".to_owned()));
         add("target", (self.target != 0).then(|| self.target.to_string()));
-        add("particles", self.particles.map(|n| n.to_string()));
         add("method", (self.method != Method::default()).then(|| self.method.name()));
         add(
             "effort",
             (self.effort != Effort::default()).then(|| format!("{:?}", self.effort).to_lowercase()),
         );
-        add("iterations", self.iterations.map(|n| n.to_string()));
-        add("max-steps", self.max_steps.map(|n| n.to_string()));
-        line + &self.asking.command_line()
+        line + &self.overrides.overrides().to_string() + &self.asking.command_line()
     }
 }
 

@@ -1,60 +1,93 @@
-//! The progress line of `donut plan` on standard error.
+//! The progress line of `donut plan` on standard error, and what `-v` says beside it.
 //!
-//! Run events come in, a bar with stage, step, EMD and time left goes out; quiet when standard error is
-//! not a terminal, apart from a line per stage. Imports task's events.
+//! Run events come in, a bar with stage, step, EMD, resets and time left goes out; nothing where standard error is
+//! not a terminal or with `-q`. Imports task's events.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use tracing::{debug, info};
 
-use crate::task::run::RunEvent;
+use super::log::is_quiet;
+use crate::plan::Progress;
+use crate::task::run::{RunEvent, StageRun};
 
-/// Ticks of a stage that uses all of its budget.
-const TICKS: usize = 1000;
+/// Ticks of a run.
+const TICKS: f64 = 1000.0;
+
+/// How much of a run is done.
+#[derive(Clone, Copy, Debug)]
+pub struct RunShare {
+    max_steps: usize,
+    stage: usize,
+    stages: usize,
+    /// Of the stage.
+    done: f64,
+}
+
+impl RunShare {
+    /// Of a run of stages of at most `max_steps` control steps.
+    pub fn new(max_steps: usize) -> Self {
+        Self { max_steps, stage: 0, stages: 1, done: 0.0 }
+    }
+
+    /// Takes note of an event.
+    pub fn hear(&mut self, event: &RunEvent<'_>) {
+        match event {
+            RunEvent::Stage { index, count, .. } => {
+                (self.stage, self.stages, self.done) = (*index, *count, 0.0)
+            }
+            RunEvent::Progress(p) => {
+                // The segment that is being planned counts by how far its search is; a rejected one does not
+                // move the bar on.
+                let steps = p.step as f64 + p.searched * p.horizon as f64;
+                self.done = (steps / self.max_steps.max(1) as f64).min(1.0);
+            }
+            RunEvent::StageDone { .. } => self.done = 1.0,
+        }
+    }
+
+    /// From 0 to 1.
+    pub fn value(&self) -> f64 {
+        (self.stage as f64 + self.done) / self.stages.max(1) as f64
+    }
+}
 
 /// Draws a run's progress.
 pub struct ProgressLine {
     bar: ProgressBar,
     max_steps: usize,
-    stage: usize,
+    /// EMD at the start of the stage, m.
+    before: Option<f64>,
+    share: RunShare,
 }
 
 impl ProgressLine {
     /// A line for stages of at most `max_steps` control steps.
     pub fn new(max_steps: usize) -> Self {
-        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(4));
+        let target =
+            if is_quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(4) };
+        let bar = ProgressBar::with_draw_target(Some(TICKS as u64), target);
         let style = ProgressStyle::with_template("{prefix} {bar:24} {msg}, {eta} left")
             .expect("the template is a constant");
         bar.set_style(style);
-        Self { bar, max_steps, stage: 0 }
+        Self { bar, max_steps, before: None, share: RunShare::new(max_steps) }
     }
 
     /// Shows an event.
     pub fn show(&mut self, event: &RunEvent<'_>) {
+        self.share.hear(event);
+        self.bar.set_position((self.share.value() * TICKS) as u64);
         match event {
             RunEvent::Stage { index, count, tool, title } => {
-                self.stage = *index;
-                self.bar.set_length((count * TICKS) as u64);
-                self.bar.set_position((index * TICKS) as u64);
+                self.before = None;
                 self.bar.set_prefix(format!("stage {}/{count} {tool}", index + 1));
-                if self.bar.is_hidden() {
-                    eprintln!("stage {}/{count}, {tool}: {title}", index + 1);
-                }
+                self.bar.suspend(|| info!("stage {}/{count}, {tool}: {title}", index + 1));
             }
             RunEvent::Progress(p) => {
-                // The segment that is being planned counts by how far its search is; a rejected one does not
-                // move the bar on.
-                let share = (p.step as f64 + p.searched * p.horizon as f64) / self.max_steps.max(1) as f64;
-                let done = self.stage * TICKS + (share.min(1.0) * TICKS as f64) as usize;
-                self.bar.set_position(done as u64);
-                self.bar.set_message(format!(
-                    "step {}/{}, EMD {:.4} m, {} resets",
-                    p.step, self.max_steps, p.emd, p.resets
-                ));
+                let before = *self.before.get_or_insert(p.emd);
+                self.bar.set_message(message(p, before, self.max_steps));
             }
-            RunEvent::StageDone { index, run } => {
-                self.bar.set_position(((index + 1) * TICKS) as u64);
-                if self.bar.is_hidden() {
-                    eprintln!("  EMD {:.4} -> {:.4} m, {}", run.emd_initial, run.emd_final, run.trace.stop);
-                }
+            RunEvent::StageDone { run, .. } => {
+                self.bar.suspend(|| log_stage(run));
             }
         }
     }
@@ -62,5 +95,42 @@ impl ProgressLine {
     /// Takes the line away.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// Where a stage is.
+fn message(p: &Progress, before: f64, max_steps: usize) -> String {
+    let resets = if p.resets == 1 { "1 reset".to_owned() } else { format!("{} resets", p.resets) };
+    format!("step {}/{max_steps}, EMD {before:.4} -> {:.4} m, {resets}", p.step, p.emd)
+}
+
+/// How a stage went, try by try.
+fn log_stage(run: &StageRun) {
+    for (number, s) in run.trace.segments.iter().enumerate() {
+        let start = if s.placed { "a new start" } else { "where the tool was" };
+        let kept = if s.accepted { "kept" } else { "not kept" };
+        debug!(
+            "  try {}: {} control steps from {start}, EMD {:.4} -> {:.4} m, {kept}",
+            number + 1,
+            s.horizon.actions.len(),
+            s.emd_before,
+            s.emd_after
+        );
+    }
+    info!(
+        "  EMD {:.4} -> {:.4} m in {} control steps and {:.0} s: {}",
+        run.emd_initial, run.emd_final, run.trace.steps, run.seconds, run.trace.stop
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_has_step_emd_before_and_now_and_resets() {
+        let p = Progress { step: 40, searched: 0.5, horizon: 40, emd: 0.01234, resets: 1 };
+        assert_eq!(message(&p, 0.05, 200), "step 40/200, EMD 0.0500 -> 0.0123 m, 1 reset");
+        assert!(message(&Progress { resets: 0, ..p }, 0.05, 200).ends_with("0 resets"));
     }
 }

@@ -2,16 +2,20 @@
 //!
 //! A [`TaskRun`] and what it was made from come in, a [`RunRecord`] goes out. Imports task and store.
 
+use crate::emd::exact::assign_within;
 use crate::llm::repair::Conversation;
 use crate::llm::stage::Stage;
 use crate::math::cloud::Point;
 use crate::store::record::{PlanFile, RunRecord, Segment, StagePlan, StageSummary, Summary};
-use crate::store::trajectory::{Step, Trajectory};
-use crate::task::Scene;
-use crate::task::run::{Planning, StageRun, TaskRun, normalised_decrease};
+use crate::store::trajectory::{Frame, Reachable, Step, Trajectory};
+use crate::task::run::{Planning, StageRun, TaskRun};
+use crate::task::{Scene, Subgoal};
 
 /// How EMDs are computed, as results name it.
 const ESTIMATOR: &str = "exact assignment, all particles, settled dough";
+
+/// How much farther than necessary the matches that are drawn may be on average, m.
+const MATCHING_SLACK: f64 = 1e-4;
 
 /// What a run was made from.
 pub struct RunInputs<'a> {
@@ -86,6 +90,8 @@ fn push_segments(trajectory: &mut Trajectory, index: usize, stage: &StageRun) ->
         if !s.accepted {
             continue;
         }
+        let cloud = aim(stage, &s.reachable, trajectory.positions.last().expect("a run has a first frame"));
+        trajectory.reachable.push(Reachable { frame: trajectory.positions.len() - 1, cloud });
         let last = s.horizon.frames.len() - 1;
         for (k, frame) in s.horizon.frames.iter().enumerate() {
             trajectory.push(Step {
@@ -102,6 +108,22 @@ fn push_segments(trajectory: &mut Trajectory, index: usize, stage: &StageRun) ->
     segments
 }
 
+/// Where every particle should go from `now`: to the next reachable cloud, or, where the method has none, to its match
+/// in the stage's subgoal.
+fn aim(stage: &StageRun, reachable: &[Point], now: &[[f32; 3]]) -> Frame {
+    let single = |p: &Point| p.map(|v| v as f32);
+    if reachable.len() == now.len() {
+        return reachable.iter().map(single).collect();
+    }
+    let Subgoal { active, target, .. } = &stage.subgoal;
+    let from: Vec<Point> = active.iter().map(|&i| now[i].map(f64::from)).collect();
+    let mut cloud = now.to_vec();
+    for (&i, &match_of) in active.iter().zip(&assign_within(&from, target, MATCHING_SLACK).target_of) {
+        cloud[i] = single(&target[match_of]);
+    }
+    cloud
+}
+
 /// Adds free steps, after which the EMD is `emd`.
 fn push_free(trajectory: &mut Trajectory, index: usize, frames: &[Vec<Point>], emd: f64) {
     let last = frames.len().saturating_sub(1);
@@ -112,20 +134,7 @@ fn push_free(trajectory: &mut Trajectory, index: usize, frames: &[Vec<Point>], e
 
 fn summary(inputs: &RunInputs<'_>, run: &TaskRun, version: &str) -> Summary {
     let scene = inputs.scene;
-    let stages = run
-        .stages
-        .iter()
-        .map(|s| StageSummary {
-            tool: scene.tools[s.tool].tool.name.clone(),
-            steps: s.trace.steps,
-            resets: s.trace.resets,
-            score: normalised_decrease(s.emd_initial, s.emd_final),
-            emd_initial: s.emd_initial,
-            emd_final: s.emd_final,
-            seconds: s.seconds,
-            stop: s.trace.stop.to_string(),
-        })
-        .collect();
+    let stages = run.stages.iter().map(|stage| StageSummary::of(scene, stage)).collect();
     let score = run.score();
     Summary {
         task: scene.name.clone(),

@@ -17,6 +17,10 @@ use crate::store::sim_scene::{self, SimResult, SimScene};
 
 /// Runs the simulator on a scene and its action sequence.
 #[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    donut simulate scene.json --out out.npz\n  \
+    donut simulate scene.json --out out.npz --gradient      and the gradient of the loss by the actions\n  \
+    donut simulate scene.json --out out.npz --precision f32 --threads 2")]
 pub struct SimulateArgs {
     /// Scene file (JSON); its arrays stand beside it.
     scene: PathBuf,

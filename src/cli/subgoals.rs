@@ -1,7 +1,7 @@
 //! `donut subgoals`: parses an answer, runs its code, writes the stages and their clouds.
 //!
-//! An answer's file and a directory come in; `stages.json`, `clouds.npz` and `clouds.png` go out, all or none.
-//! Imports `llm` and `view`.
+//! An answer's file, or a task and perhaps a model to ask, and a directory come in; `stages.json`, `clouds.npz` and
+//! `clouds.png` go out, all or none. Imports `llm`, task and `view`.
 
 use std::fs;
 use std::io::{Cursor, Write};
@@ -13,10 +13,13 @@ use clap::Args;
 use ndarray::Array2;
 use ndarray_npy::NpzWriter;
 use serde_json::{Value, json};
+use tracing::warn;
 
+use super::ask::AskArgs;
 use super::engine::Engine;
 use super::pieces_table::pieces_table;
-use crate::llm::Answer;
+use super::said::{Said, asked_or_recorded};
+use super::wanted::WantedArgs;
 use crate::llm::stage::Stage;
 use crate::store::atomic;
 use crate::view::Picture;
@@ -24,42 +27,91 @@ use crate::view::clouds::{Panel, picture};
 
 /// Runs the code of a language model's answer and writes its stages and clouds.
 #[derive(Args)]
+#[command(
+    override_usage = "donut subgoals <RESPONSE.md> --out <DIR>\n       \
+        donut subgoals --task <NAME|FILE.toml> [--llm <PROVIDER:MODEL>] --out <DIR>\n       \
+        donut subgoals --describe <TEXT> [--llm <PROVIDER:MODEL>] --out <DIR>",
+    after_help = "Examples:\n  \
+    donut subgoals answer.md --out clouds                    an answer in a file\n  \
+    donut subgoals --task donut --out clouds                 a recorded answer\n  \
+    donut subgoals --task donut --llm openai:gpt-5 --out clouds\n  \
+    donut subgoals --describe 'The dough is a ball with radius 1. Make a bagel.' --llm openai:gpt-5 --out clouds"
+)]
 pub struct SubgoalsArgs {
-    /// The language model's answer, in markdown
-    response: PathBuf,
-    /// Directory for stages.json, clouds.npz and clouds.png; made if it is not there
+    /// A language model's answer, in markdown.
+    #[arg(required_unless_present_any = ["task", "describe"], conflicts_with_all = ["task", "describe", "llm"])]
+    response: Option<PathBuf>,
+    /// Take or ask for an answer for this task: a name (see `donut tasks`) or the path of a task file. The answer must
+    /// fit it.
+    #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "describe")]
+    task: Option<String>,
+    /// The same for a new task in one line: the dough and what to make of it, in units of your own.
+    #[arg(long, value_name = "TEXT")]
+    describe: Option<String>,
+    /// Which of the task's recorded answers to take, from 1.
+    #[arg(long, value_name = "K", default_value_t = 1, conflicts_with_all = ["llm", "response"])]
+    answer: usize,
+    /// Directory for stages.json, clouds.npz and clouds.png, and for answer.md and conversation.txt if a model was
+    /// asked; made if it is not there.
     #[arg(long)]
     out: PathBuf,
-    /// File for the picture of the clouds, instead of clouds.png in the directory
+    /// File for the picture of the clouds, instead of clouds.png in the directory.
     #[arg(long, value_name = "OUT.png")]
     png: Option<PathBuf>,
-    /// What runs the answer's code
+    /// What runs the answer's code.
     #[arg(long, value_enum, default_value_t)]
     engine: Engine,
-    /// Print the stages as JSON on standard output
+    /// Print the stages as JSON on standard output.
     #[arg(long)]
     json: bool,
+    // The last one: its heading holds for all that follow.
+    #[command(flatten)]
+    asking: AskArgs,
 }
 
 /// Runs the command.
 pub fn run(flags: &SubgoalsArgs) -> Result<ExitCode> {
-    let file = flags.response.display();
-    let text = fs::read_to_string(&flags.response).with_context(|| format!("{file} cannot be read"))?;
-    let answer = flags.engine.answered(&text, &file.to_string())?;
-    let stages = Value::Array(answer.stages.iter().map(as_json).collect());
-    let png = drawn(&answer.stages).to_png();
-    let beside = flags.png.is_none().then_some(&png[..]);
-    write(&flags.out, &stages, &answer, beside)
-        .with_context(|| format!("{} cannot be written", flags.out.display()))?;
+    let (stages, said) = flags.stages()?;
+    let listed = Value::Array(stages.iter().map(as_json).collect());
+    let png = drawn(&stages).to_png();
+    let mut files = vec![("stages.json", serde_json::to_vec_pretty(&listed)?), ("clouds.npz", npz(&stages)?)];
+    if flags.png.is_none() {
+        files.push(("clouds.png", png.clone()));
+    }
+    if let Some(conversation) = &said.conversation {
+        files.push(("conversation.txt", conversation.to_text().into_bytes()));
+        files.extend(said.response.map(|text| ("answer.md", text.into_bytes())));
+    }
+    write(&flags.out, &files).with_context(|| format!("{} cannot be written", flags.out.display()))?;
     if let Some(path) = &flags.png {
         atomic::write(path, &png)?;
     }
     if flags.json {
-        println!("{}", serde_json::to_string_pretty(&stages)?);
+        println!("{}", serde_json::to_string_pretty(&listed)?);
     } else {
-        println!("{}", pieces_table(&answer.stages));
+        println!("{}", pieces_table(&stages));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+impl SubgoalsArgs {
+    /// The stages of the answer in the file, or of one for the task.
+    fn stages(&self) -> Result<(Vec<Stage>, Said)> {
+        if let Some(path) = &self.response {
+            let file = path.display();
+            let text = fs::read_to_string(path).with_context(|| format!("{file} cannot be read"))?;
+            return Ok((self.engine.answered(&text, &file.to_string())?.stages, Said::default()));
+        }
+        let wanted = WantedArgs { task: self.task.clone(), describe: self.describe.clone() }.find()?;
+        wanted.line("`donut subgoals`")?;
+        let otherwise = "`donut subgoals RESPONSE.md --out DIR`";
+        let (planned, said) =
+            asked_or_recorded(&wanted, self.engine, &self.asking, self.answer, &self.out, otherwise)?;
+        for warning in &planned.warnings {
+            warn!("{warning}");
+        }
+        Ok((planned.stages, said))
+    }
 }
 
 fn as_json(stage: &Stage) -> Value {
@@ -121,10 +173,7 @@ fn npz(stages: &[Stage]) -> Result<Vec<u8>> {
 }
 
 /// Writes all files under temporary names and renames them only when all are complete.
-fn write(directory: &Path, stages: &Value, answer: &Answer, png: Option<&[u8]>) -> Result<()> {
-    let mut contents =
-        vec![("stages.json", serde_json::to_vec_pretty(stages)?), ("clouds.npz", npz(&answer.stages)?)];
-    contents.extend(png.map(|bytes| ("clouds.png", bytes.to_vec())));
+fn write(directory: &Path, contents: &[(&str, Vec<u8>)]) -> Result<()> {
     fs::create_dir_all(directory)?;
     let temporary = |name: &str| directory.join(format!(".{name}.{}", std::process::id()));
     let written = contents.iter().try_for_each(|(name, bytes)| {

@@ -11,6 +11,9 @@ use crate::task::{TaskSource, built_in_names, load_scene};
 
 /// Lists the tasks that donut knows by name.
 #[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    donut tasks                     a line for each\n  \
+    donut tasks --show donut        the file of one; `donut new-task NAME` makes one to edit")]
 pub struct TasksArgs {
     /// Print this task's file instead, to copy and change; the one of `donut` explains every key.
     #[arg(long, value_name = "NAME")]

@@ -96,23 +96,31 @@ impl Wanted {
         }
     }
 
-    /// The recorded answer number `index` to a prompt for this, and what to call it.
-    pub fn recorded(&self, index: usize, variant: Variant) -> anyhow::Result<(&'static str, String)> {
+    /// The recorded answer number `index` to a prompt for this, and what to call it. `otherwise` says how an answer of
+    /// one's own is given.
+    pub fn recorded(
+        &self,
+        index: usize,
+        variant: Variant,
+        otherwise: &str,
+    ) -> anyhow::Result<(&'static str, String)> {
         let set = match self {
             Self::Task { scene, .. } => {
                 let Target::Stages { recorded_answers: Some(set), .. } = &scene.target else {
                     bail!(
                         "the task `{}` has no recorded answer; ask a model with --llm PROVIDER:MODEL, or give \
-                         one with --response FILE.md",
+                         one of your own: {otherwise}",
                         scene.name
                     );
                 };
                 set.clone()
             }
-            Self::Described(description) => recorded::set_of_line(&description.text).context(
-                "there is no recorded answer to this description; ask a model with --llm PROVIDER:MODEL, or give \
-                 one with --response FILE.md (`donut prompt --describe TEXT` prints what to ask)",
-            )?,
+            Self::Described(description) => recorded::set_of_line(&description.text).with_context(|| {
+                format!(
+                    "there is no recorded answer to this description; ask a model with --llm PROVIDER:MODEL, or give \
+                     one of your own: {otherwise} (`donut prompt --describe TEXT` prints what to ask)"
+                )
+            })?,
         };
         let (text, kind) = match variant {
             Variant::Full => (recorded(&set, index), ""),

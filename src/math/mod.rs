@@ -3,6 +3,7 @@
 pub mod check;
 pub mod cloud;
 pub mod hollow;
+pub mod kd_tree;
 pub mod neighbours;
 pub mod quaternion;
 pub mod rng;

@@ -3,7 +3,7 @@
 //! A [`StageProblem`] comes in: the dough, where it should be, a tool. A [`StageTrace`] goes out: every
 //! segment that was tried, with its actions and what they did. Imports sim and emd.
 
-use super::losses::Goal;
+use super::losses::{Aim, Goal};
 use super::optimize::optimize;
 use super::placement::Placement;
 use super::stage::{Progress, SegmentTrace, StageProblem, StageTrace, StopReason, stage_emd};
@@ -19,7 +19,8 @@ pub fn plan_stage<T: Real>(
     start: &ParticleState,
     mut observe: impl FnMut(Progress),
 ) -> StageTrace {
-    let settings = problem.settings;
+    let switches = problem.method.switches();
+    let settings = &switches.applied_to(problem.settings);
     let mut sim =
         Simulator::<T>::new(problem.params.clone(), vec![problem.tool.clone()], problem.options.clone());
     let mut state = start.clone();
@@ -50,12 +51,18 @@ pub fn plan_stage<T: Real>(
                     delta: settings.pose_delta_m,
                     score: settings.start_score,
                 };
-                let Some(best) = place.best(&failed) else { break StopReason::NoPlace };
+                let found = if switches.placement { place.best(&failed) } else { Some(place.fixed()) };
+                let Some(best) = found else { break StopReason::NoPlace };
                 placements += 1;
                 best // 8-12
             }
         };
-        let goal = Goal { reachable: &reachable, active: problem.active, weights: settings.loss_weights };
+        let aim = if switches.p2p {
+            Aim::Points(&reachable)
+        } else {
+            Aim::Emd { start: &state.x, target: problem.target, estimator: settings.reach }
+        };
+        let goal = Goal { aim, active: problem.active, weights: settings.loss_weights };
         let resets = placements - 1;
         let planned = optimize(&mut sim, &state, &start_pose, &goal, settings, |iteration| {
             let searched = iteration as f64 / settings.iterations as f64;
@@ -66,7 +73,7 @@ pub fn plan_stage<T: Real>(
             Err(error) => break StopReason::Diverged(error),
         };
         let emd_after = stage_emd(problem, &horizon.end.x); // 18
-        let accepted = emd_after <= emd_last;
+        let accepted = !switches.reset || emd_after <= emd_last; // 19
         if accepted {
             state = horizon.end.clone(); // 26
             t += settings.horizon;

@@ -1,7 +1,7 @@
 //! Planning one stage: dough, a tool and a target cloud come in, a trace of what was done goes out.
 //!
-//! Two methods: [`algorithm1`] is the paper's, [`search`] is ours. Knows nothing of language models or
-//! files. Imports sim and emd.
+//! Two methods: [`algorithm1`] is the paper's, [`search`] is ours; [`switches`] takes parts away from them. Knows
+//! nothing of language models or files. Imports sim and emd.
 
 mod adam;
 pub mod algorithm1;
@@ -12,6 +12,7 @@ pub mod search;
 pub mod settings;
 pub mod settle;
 pub mod stage;
+pub mod switches;
 
 use crate::sim::ParticleState;
 use crate::sim::lanes::Real;
@@ -25,7 +26,7 @@ pub fn plan_stage<T: Real>(
     observe: impl FnMut(Progress),
 ) -> StageTrace {
     match problem.method {
-        Method::Paper => algorithm1::plan_stage::<T>(problem, start, observe),
-        Method::Donut => search::plan_stage::<T>(problem, start, observe),
+        Method::Donut | Method::DonutNoStages => search::plan_stage::<T>(problem, start, observe),
+        _ => algorithm1::plan_stage::<T>(problem, start, observe),
     }
 }

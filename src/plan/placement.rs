@@ -62,6 +62,11 @@ impl Placement<'_> {
         best(true).or_else(|| best(false))
     }
 
+    /// The start without a choice: where the tool waits, lowered until it almost touches the dough if it can be.
+    pub fn fixed(&self) -> ToolPose {
+        self.lowered(*self.rest).unwrap_or(*self.rest)
+    }
+
     /// Centre of the active dough.
     fn middle(&self) -> Point {
         let active: Vec<Point> = self.active.iter().map(|&i| self.positions[i]).collect();
@@ -70,9 +75,14 @@ impl Placement<'_> {
 
     /// How well the dough near `pose` should go where the tool there would push it.
     pub fn score(&self, pose: &ToolPose) -> f64 {
+        self.score_of(pose, self.active)
+    }
+
+    /// [`Placement::score`] by these particles only.
+    pub fn score_of(&self, pose: &ToolPose, particles: &[usize]) -> f64 {
         let by_direction =
             self.score == StartScore::Direction && !matches!(self.tool.motion, Motion::Gripper { .. });
-        self.active
+        particles
             .iter()
             .map(|&i| {
                 let (p, r) = (self.positions[i], self.reachable[i]);

@@ -38,13 +38,25 @@ pub struct PlannerSettings {
 
 /// How a stage is planned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// A search over strokes, coarse to fine, refined by gradients.
     #[default]
     Donut,
+    /// `donut` without the language model's subgoals: the last goal for every tool of the plan in turn.
+    DonutNoStages,
     /// Algorithm 1 of the paper.
     Paper,
+    /// `paper` with the EMD to the subgoal as loss, instead of DiffPhysics-P2P.
+    PaperNoP2p,
+    /// `paper` without initial position selection: the tool starts over the dough where it waits.
+    PaperNoPlacement,
+    /// `paper` without tool reset.
+    PaperNoReset,
+    /// `paper` without the language model's subgoals.
+    PaperNoStages,
+    /// The paper's baseline: gradients of the EMD to the last goal, all actions of a tool at once.
+    DiffPhysics,
 }
 
 impl Method {
@@ -52,6 +64,11 @@ impl Method {
     pub fn name(self) -> String {
         let value = clap::ValueEnum::to_possible_value(&self).expect("no variant is skipped");
         value.get_name().to_owned()
+    }
+
+    /// The method of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        clap::ValueEnum::from_str(name, false).ok()
     }
 }
 
@@ -68,13 +85,26 @@ pub enum Effort {
     Thorough,
 }
 
+/// What a search goes by.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SearchLevel {
+    /// Particles to search with.
+    pub particles: usize,
+    /// How much more a particle counts that is far from every point of the target. The EMD alone hardly feels a thin
+    /// membrane in a hole, or a smear between two halves.
+    pub stray_weight: f64,
+}
+
 /// Parameters of the method `donut`: the same for all tasks and tools.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SearchSettings {
-    /// Particles to search with.
-    pub particles: usize,
-    /// Strokes that a generation tries.
+    /// How strokes are searched for, at first and whenever nothing more is found.
+    pub levels: Vec<SearchLevel>,
+    /// Strokes that the first generation tries: it is the only one that looks everywhere.
+    pub first_population: usize,
+    /// Strokes that every other generation tries.
     pub population: usize,
     /// Generations a stroke is searched for.
     pub generations: usize,
@@ -86,39 +116,58 @@ pub struct SearchSettings {
     pub lengths: Vec<usize>,
     /// A stroke's worth is what it gains divided by its length to this power.
     pub length_exponent: f64,
+    /// The best strokes that are tried with all particles.
+    pub finalists: usize,
+    /// Generations of strokes near the best of these, with all particles.
+    pub polishing: usize,
     /// Gradient steps that refine the best stroke.
     pub gradient_steps: usize,
     /// Learning rate of these steps, on the knots.
     pub learning_rate: f64,
-    /// Free control steps after each stroke, with the tool withdrawn.
+    /// Of the finalists so many are judged by the best stroke that can follow them.
+    pub beam: usize,
+    /// Generations that such a following stroke is searched for.
+    pub lookahead: usize,
+    /// Free control steps after each stroke, with the tool withdrawn, at most: fewer if the dough rests before.
     pub settle_steps: usize,
     /// A stroke must lower the EMD by this share.
     pub least_gain: f64,
-    /// Strokes in a row that may bring nothing before a stage gives up.
+    /// Strokes in a row that may bring nothing before a level is left.
     pub max_failures: usize,
 }
 
 impl SearchSettings {
+    /// The worth of what lowers the objective by `gain` within `steps` control steps.
+    pub fn merit(&self, gain: f64, steps: usize) -> f64 {
+        gain / (steps as f64).powf(self.length_exponent)
+    }
+
     /// The settings of an effort.
     pub fn of(effort: Effort) -> Self {
-        let (particles, population, generations) = match effort {
-            Effort::Quick => (800, 16, 3),
-            Effort::Normal => (1000, 32, 5),
-            Effort::Thorough => (1500, 48, 8),
+        let level = |particles, stray_weight| SearchLevel { particles, stray_weight };
+        let (levels, population, generations) = match effort {
+            Effort::Quick => (vec![level(800, 5.0)], 12, 3),
+            Effort::Normal => (vec![level(1000, 2.0), level(1500, 20.0)], 24, 5),
+            Effort::Thorough => (vec![level(1500, 2.0), level(3000, 20.0)], 40, 8),
         };
         Self {
-            particles,
+            levels,
+            first_population: 64,
             population,
             generations,
             parents: 6,
             knots: 4,
             lengths: vec![10, 20, 40],
             length_exponent: 0.2,
-            gradient_steps: 8,
+            finalists: 6,
+            polishing: 1,
+            gradient_steps: 12,
             learning_rate: 0.05,
-            settle_steps: 10,
-            least_gain: 0.005,
-            max_failures: 2,
+            beam: 3,
+            lookahead: 2,
+            settle_steps: 30,
+            least_gain: 0.01,
+            max_failures: 0,
         }
     }
 }

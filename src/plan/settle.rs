@@ -34,14 +34,18 @@ pub fn settle<T: Real>(
         sim.rollout(&state, &[], &vec![Vec::new(); STRIDE])?;
         frames.extend((1..=STRIDE).map(|s| sim.positions(s)));
         state = sim.state(STRIDE);
-        let speed = state.v.iter().map(|v| norm(*v)).sum::<f64>() / state.len() as f64;
-        if speed < RESTING_SPEED && frames.len() >= at_least {
+        if mean_speed(&state) < RESTING_SPEED && frames.len() >= at_least {
             break;
         }
     }
     state.v.fill([0.0; 3]);
     state.c.fill([0.0; 9]);
     Ok((state, frames))
+}
+
+/// Mean speed of the particles, m/s.
+pub fn mean_speed(state: &ParticleState) -> f64 {
+    state.v.iter().map(|v| norm(*v)).sum::<f64>() / state.len() as f64
 }
 
 #[cfg(test)]

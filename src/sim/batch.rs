@@ -21,7 +21,7 @@ impl<T: Real> Batch<T> {
     /// `options.threads` simulators with one thread each; they share the memory limit.
     pub fn new(params: &Params, tools: &[Tool], options: &Options) -> Self {
         let count = options.threads.max(1);
-        let each = Options { threads: 1, memory_limit: options.memory_limit / count, simd: options.simd };
+        let each = Options { threads: 1, memory_limit: options.memory_limit / count, ..options.clone() };
         let pool = (count > 1).then(|| {
             let builder = rayon::ThreadPoolBuilder::new().num_threads(count);
             builder.build().expect("threads can be started")

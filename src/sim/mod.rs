@@ -146,7 +146,7 @@
 //! and sums are taken in the order of the parts, so that no bit of a result depends on the number of threads.
 
 pub mod batch;
-mod block;
+pub mod block;
 pub mod boundary;
 pub mod constitutive;
 pub mod contact;
@@ -168,6 +168,7 @@ pub mod spectral;
 pub mod substep;
 pub mod tool;
 pub mod transfer;
+pub mod work;
 
 pub use batch::Batch;
 pub use error::SimError;
@@ -176,3 +177,4 @@ pub use params::Params;
 pub use particles::ParticleState;
 pub use rollout::{Options, RolloutGradient, Simulator, StepSeed};
 pub use tool::{Motion, Shape, Tool, ToolPose};
+pub use work::{Tally, Work};

@@ -25,6 +25,8 @@
 //! beyond it keep their first state alone, and run again before their adjoint (checkpointing with one level; Griewank
 //! and Walther, chapter 12). That adds one forward pass to what was about four, and changes no bit.
 
+use std::sync::Arc;
+
 use super::epoch::{Epoch, Trace};
 use super::error::{Operation, SimError};
 use super::grid::PARTS_MAX;
@@ -35,6 +37,7 @@ use super::particles::{C, F, Packed, ParticleState, V, X, index, pack_adj, permu
 use super::substep::{Substep, SubstepAdj, Workspace};
 use super::tool::path::ToolPath;
 use super::tool::{PoseAdj, Tool, ToolPose};
+use super::work::Tally;
 use crate::math::cloud::Point;
 
 /// How a simulator runs; none of it changes results beyond rounding.
@@ -47,11 +50,13 @@ pub struct Options {
     /// Memory for the substeps that the backward pass needs, bytes. What does not fit is run again from
     /// the start of its control step.
     pub memory_limit: usize,
+    /// Where rollouts and gradients are counted; clones of the options share it.
+    pub tally: Arc<Tally>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { threads: 1, simd: SimdLevel::best(), memory_limit: 4 << 30 }
+        Self { threads: 1, simd: SimdLevel::best(), memory_limit: 4 << 30, tally: Arc::default() }
     }
 }
 
@@ -159,6 +164,7 @@ impl<T: Real> Simulator<T> {
         actions: &[Vec<f64>],
     ) -> Result<(), SimError> {
         self.check(start, poses, actions)?;
+        self.options.tally.count_rollout();
         self.particles = start.len();
         self.steps = actions.len();
         self.used = 0;
@@ -340,6 +346,7 @@ impl<T: Real> Simulator<T> {
     /// pass went through.
     pub fn rollout_adj(&mut self, seeds: &[StepSeed]) -> Result<RolloutGradient, SimError> {
         self.check_seeds(seeds)?;
+        self.options.tally.count_gradient();
         let width: usize = self.tools.iter().map(Tool::action_len).sum();
         let mut actions_adj = vec![vec![0.0; width]; self.steps];
         let mut poses_adj = vec![PoseAdj::default(); self.tools.len()];

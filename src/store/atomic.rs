@@ -7,7 +7,7 @@
 //! filled in a hidden staging directory, and put in place by [`RunDir::commit`].
 
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process;
 
@@ -29,6 +29,57 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     written.map_err(|reason| {
         let _ = fs::remove_file(&temporary);
         StoreError::Write { path: path.to_owned(), reason }
+    })
+}
+
+/// Writes `bytes` to `path` unless something is there already; whole or not at all.
+///
+/// # Errors
+/// [`StoreError::Exists`] if something is there, [`StoreError::Write`] if it cannot be written.
+pub fn write_new(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    if path.symlink_metadata().is_ok() {
+        return Err(StoreError::Exists { path: path.to_owned() });
+    }
+    let temporary = hidden_beside(path);
+    let made = File::create(&temporary)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        // Unlike a rename, a link never replaces what came meanwhile; where there are no links, a rename must do.
+        .and_then(|()| match fs::hard_link(&temporary, path) {
+            Err(error) if error.kind() != ErrorKind::AlreadyExists => fs::rename(&temporary, path),
+            other => other,
+        });
+    let _ = fs::remove_file(&temporary);
+    made.map_err(|reason| match reason.kind() {
+        ErrorKind::AlreadyExists => StoreError::Exists { path: path.to_owned() },
+        _ => StoreError::Write { path: path.to_owned(), reason },
+    })
+}
+
+/// Makes the directory `target` with these files in it, names and bytes, whole or not at all. It must be absent or
+/// empty.
+///
+/// # Errors
+/// [`StoreError::NotEmpty`] if it is neither, [`StoreError::Write`] if it cannot be written.
+pub fn write_directory(
+    target: &Path,
+    files: impl IntoIterator<Item = (String, Vec<u8>)>,
+) -> Result<(), StoreError> {
+    if target.symlink_metadata().is_ok() {
+        // Empty directories alone can be removed.
+        fs::remove_dir(target).map_err(|_| StoreError::NotEmpty { path: target.to_owned() })?;
+    }
+    let absolute = std::path::absolute(target).map_err(StoreError::write(target))?;
+    let staging = hidden_beside(&absolute);
+    let fill = || {
+        fs::create_dir_all(&staging)?;
+        for (name, bytes) in files {
+            fs::write(staging.join(name), bytes)?;
+        }
+        fs::rename(&staging, &absolute)
+    };
+    fill().map_err(|reason| {
+        let _ = fs::remove_dir_all(&staging);
+        StoreError::Write { path: target.to_owned(), reason }
     })
 }
 
@@ -163,6 +214,26 @@ mod tests {
         write(&file, b"one").unwrap();
         write(&file, b"two").unwrap();
         assert_eq!(fs::read(&file).unwrap(), b"two");
+    }
+
+    #[test]
+    fn what_is_there_is_not_replaced() {
+        let dir = tempfile::tempdir().unwrap();
+        let (file, folder) = (dir.path().join("file"), dir.path().join("folder"));
+        write_new(&file, b"one").unwrap();
+        let error = write_new(&file, b"two").unwrap_err();
+        assert!(matches!(error, StoreError::Exists { .. }), "{error}");
+        assert_eq!((fs::read(&file).unwrap(), names(dir.path())), (b"one".to_vec(), vec!["file".to_owned()]));
+
+        let files = || [("a".to_owned(), b"1".to_vec()), ("b".to_owned(), b"2".to_vec())];
+        fs::create_dir(&folder).unwrap();
+        write_directory(&folder, files()).unwrap();
+        assert_eq!(names(&folder), ["a", "b"]);
+        let error = write_directory(&folder, files()).unwrap_err();
+        assert!(matches!(error, StoreError::NotEmpty { .. }), "{error}");
+        write_directory(&file.join("below"), files()).unwrap_err();
+        write_directory(&dir.path().join("deep/er"), [("no/such".to_owned(), Vec::new())]).unwrap_err();
+        assert_eq!(names(&dir.path().join("deep")), [""; 0]);
     }
 
     #[test]

@@ -36,6 +36,12 @@ pub enum StoreError {
         path.display()
     )]
     NotARun { path: PathBuf },
+    /// A file that must not be replaced is there already.
+    #[error("{} exists and is not replaced; choose another name, or remove it first", path.display())]
+    Exists { path: PathBuf },
+    /// A directory for new files has something in it.
+    #[error("{} has something in it; choose another directory, or empty that one first", path.display())]
+    NotEmpty { path: PathBuf },
     /// A directory to be read is not a complete run.
     #[error(
         "{} is not a finished donut run ({missing} is missing); make one with `donut plan --out DIR`",

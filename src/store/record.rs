@@ -1,7 +1,7 @@
 //! What a run is, as plain data: the summary, the plan that replays it, and the frames.
 //!
 //! The planner's caller fills these types in; `run_dir` writes and reads them, `view` draws them. Imports
-//! `sim`'s tool and parameter types, `llm`'s conversation and `plan`'s settings.
+//! `sim`'s tool and parameter types, `llm`'s conversation, `plan`'s settings and `task`'s runs.
 //!
 //! A **frame** is the state after a control step; frame 0 is the initial state, so T steps make T + 1
 //! frames. A **segment** is what is optimised and executed together (at most the horizon L); a
@@ -14,7 +14,9 @@ use crate::llm::repair::Conversation;
 use crate::plan::settings::{PlannerSettings, SearchSettings};
 use crate::sim::params::Params;
 use crate::sim::tool::{Tool, ToolPose};
+use crate::task::Scene;
 use crate::task::measures::ShapeMeasures;
+use crate::task::run::{StageRun, normalised_decrease};
 
 /// Everything that a run leaves on disk.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,10 +88,34 @@ pub struct StageSummary {
     /// EMD to the subgoal after the stage, m.
     #[serde(with = "not_a_number_as_null")]
     pub emd_final: f64,
+    /// Forward passes of the simulator that planning and executing took.
+    #[serde(default)]
+    pub rollouts: u64,
+    /// Backward passes.
+    #[serde(default)]
+    pub gradient_iterations: u64,
     pub seconds: f64,
     /// Why the stage ended: "reached", "stuck", "budget", ..
     #[serde(default)]
     pub stop: String,
+}
+
+impl StageSummary {
+    /// The summary of a stage that was run in `scene`.
+    pub fn of(scene: &Scene, run: &StageRun) -> Self {
+        Self {
+            tool: scene.tools[run.tool].tool.name.clone(),
+            steps: run.trace.steps,
+            resets: run.trace.resets,
+            score: normalised_decrease(run.emd_initial, run.emd_final),
+            emd_initial: run.emd_initial,
+            emd_final: run.emd_final,
+            rollouts: run.work.rollouts,
+            gradient_iterations: run.work.gradients,
+            seconds: run.seconds,
+            stop: run.trace.stop.to_string(),
+        }
+    }
 }
 
 /// plan.json: everything needed to replay the run, and the story of how it was found.

@@ -38,6 +38,18 @@ pub struct Trajectory {
     pub target: Vec<Point>,
     /// The subgoal of each stage.
     pub subgoals: Vec<Vec<Point>>,
+    /// What the accepted segments aimed at, in order.
+    pub reachable: Vec<Reachable>,
+}
+
+/// Where a segment wanted every particle to go.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reachable {
+    /// The frame that the segment began with; it counts from there to the next segment.
+    pub frame: usize,
+    /// n places in the order of the particles, m: the next reachable cloud of Algorithm 1, or, where the method has
+    /// none, each particle's match in the subgoal.
+    pub cloud: Frame,
 }
 
 /// What one control step adds to a trajectory.
@@ -73,6 +85,7 @@ impl Trajectory {
             initial,
             target,
             subgoals,
+            reachable: Vec::new(),
         }
     }
 
@@ -137,6 +150,14 @@ impl Trajectory {
         for (k, subgoal) in self.subgoals.iter().enumerate() {
             npz.add(&format!("subgoal_{k}"), &npz::cloud_array(subgoal))?;
         }
+        if !self.reachable.is_empty() {
+            let frames = self.reachable.iter().map(|r| r.frame as i32);
+            npz.add("reachable_frame", &Array1::from_iter(frames))?;
+        }
+        for (k, reachable) in self.reachable.iter().enumerate() {
+            let rows = Array2::from_shape_fn((reachable.cloud.len(), 3), |(i, a)| reachable.cloud[i][a]);
+            npz.add(&format!("reachable_{k}"), &rows)?;
+        }
         npz.finish()
     }
 
@@ -166,7 +187,14 @@ impl Trajectory {
             initial: npz.cloud("initial")?,
             target: npz.cloud("target")?,
             subgoals: (0..count).map(|k| npz.cloud(&format!("subgoal_{k}"))).collect::<Result<_, _>>()?,
+            reachable: read_reachable(&mut npz)?,
         };
+        for (k, reachable) in trajectory.reachable.iter().enumerate() {
+            if reachable.frame >= frames || reachable.cloud.len() != particles {
+                let reason = format!("it must have {particles} rows, and a `reachable_frame` below {frames}");
+                return Err(npz.entry_error(&format!("reachable_{k}"), reason));
+            }
+        }
         for (entry, found, expected) in [
             ("tool_pose", trajectory.tool_pose.len(), frames),
             ("tool", trajectory.tool.len(), frames),
@@ -183,6 +211,18 @@ impl Trajectory {
         }
         Ok(trajectory)
     }
+}
+
+/// The clouds that segments aimed at; runs of earlier versions have none.
+fn read_reachable(npz: &mut npz::Reader) -> Result<Vec<Reachable>, StoreError> {
+    if !npz.has("reachable_frame") {
+        return Ok(Vec::new());
+    }
+    let frames = integers(npz.array::<Ix1>("reachable_frame")?);
+    let frames = frames.into_iter().map(|f| usize::try_from(f).unwrap_or(usize::MAX)).enumerate();
+    frames
+        .map(|(k, at)| Ok(Reachable { frame: at, cloud: frame(&npz.cloud(&format!("reachable_{k}"))?) }))
+        .collect()
 }
 
 /// A cloud in single precision.

@@ -24,6 +24,9 @@ pub enum TaskError {
     #[error("{file}, line {line}: `{key}` {problem}")]
     Value { file: String, line: usize, key: String, problem: String },
 
+    #[error("a task cannot be called `{name}`: {reason}")]
+    Name { name: String, reason: &'static str },
+
     #[error("the text of --describe {problem}")]
     Description { problem: String },
 }

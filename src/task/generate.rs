@@ -69,12 +69,7 @@ impl Generator {
 /// Target number `index` under `seed`, as a plan of one stage with `tool` that turns the piece `dough`
 /// into the target. Coordinates are the world's; heights above the table are left to the subgoals.
 pub fn generate(generator: &Generator, tool: &str, dough: &Dough, seed: u64, index: u64) -> Stage {
-    let mut rng = seeded(seed, &format!("target {index}"));
-    let (title, pieces) = match generator {
-        Generator::Flatten { height, shift } => flatten(dough, *height, *shift, &mut rng),
-        Generator::Cut { cut_x, slide } => cut(dough, *cut_x, *slide, &mut rng),
-        Generator::Move { x, z_offset } => move_to(dough, *x, *z_offset, &mut rng),
-    };
+    let (title, pieces) = drawn(generator, dough, seed, index);
     let cloud = |(name, solid, center): &(&str, Solid, Point)| NamedCloud {
         name: (*name).to_string(),
         points: solid.fill(*center, POINTS, seed ^ index),
@@ -94,8 +89,18 @@ pub fn generate(generator: &Generator, tool: &str, dough: &Dough, seed: u64, ind
     }
 }
 
-/// A title and the pieces of a target: name, solid, centre.
-type Drawn = (String, Vec<(&'static str, Solid, Point)>);
+/// A title and the pieces of a target: name, solid, centre (m).
+pub type Drawn = (String, Vec<(&'static str, Solid, Point)>);
+
+/// Target number `index` under `seed` as solids, of which [`generate`] makes clouds.
+pub fn drawn(generator: &Generator, dough: &Dough, seed: u64, index: u64) -> Drawn {
+    let mut rng = seeded(seed, &format!("target {index}"));
+    match generator {
+        Generator::Flatten { height, shift } => flatten(dough, *height, *shift, &mut rng),
+        Generator::Cut { cut_x, slide } => cut(dough, *cut_x, *slide, &mut rng),
+        Generator::Move { x, z_offset } => move_to(dough, *x, *z_offset, &mut rng),
+    }
+}
 
 fn draw(rng: &mut Pcg64, [low, high]: [f64; 2]) -> f64 {
     low + (high - low) * uniform(rng)

@@ -18,7 +18,7 @@ use crate::math::volume::measure_volume;
 use crate::plan::settings::{Method, SearchSettings};
 use crate::plan::settle::settle;
 use crate::plan::{Progress, StageProblem, StageTrace, plan_stage};
-use crate::sim::{Options, ParticleState, SimError};
+use crate::sim::{Options, ParticleState, SimError, Work};
 
 /// Free control steps after each stage, at least: what a tool has thrown must land before it is measured.
 const SETTLE_STEPS: usize = 20;
@@ -49,6 +49,8 @@ pub struct StageRun {
     /// Exact EMD between the stage's particles and its target before, and after settling, m.
     pub emd_initial: f64,
     pub emd_final: f64,
+    /// Rollouts and gradients that planning it took.
+    pub work: Work,
     pub seconds: f64,
 }
 
@@ -141,7 +143,11 @@ pub fn run_task(
     for (index, stage) in plan.stages.iter().enumerate() {
         let (count, tool) = (plan.stages.len(), stage.tool.as_str());
         observe(RunEvent::Stage { index, count, tool, title: &stage.title });
-        let subgoal = plan.subgoal(index, &pieces, seed);
+        let subgoal = if planning.method.switches().stages {
+            plan.subgoal(index, &pieces, seed)
+        } else {
+            plan.last_goal(index, state.len(), seed)
+        };
         let run = run_stage(scene, subgoal, &mut state, planning, seed, options, |p| {
             observe(RunEvent::Progress(p))
         });
@@ -199,7 +205,9 @@ fn run_stage(
         active: &subgoal.active,
         target: &subgoal.target,
     };
+    let before = options.tally.work();
     let trace = plan_stage::<f32>(&problem, state, observe);
+    let work = options.tally.work() - before;
     *state = trace.end.clone();
     let settling = match settle::<f32>(&scene.params, options, state, SETTLE_STEPS) {
         Ok((settled, frames)) => {
@@ -219,6 +227,7 @@ fn run_stage(
         subgoal,
         trace,
         settling,
+        work,
         seconds: begin.elapsed().as_secs_f64(),
     }
 }

@@ -176,6 +176,14 @@ impl StagePlan {
         Subgoal { tool: stage.tool.clone(), title: stage.title.clone(), active, target, piece_of_target }
     }
 
+    /// The last goal for the tool of stage number `k`, with all `n` particles: a stage without a subgoal of its own.
+    pub fn last_goal(&self, k: usize, n: usize, seed: u64) -> Subgoal {
+        let stage = &self.stages[k];
+        let (target, piece_of_target) = self.sample(&self.last, n, seed);
+        let (tool, title) = (stage.tool.clone(), stage.title.clone());
+        Subgoal { tool, title, active: (0..n).collect(), target, piece_of_target }
+    }
+
     /// The final goal: `n` evenly spread points over the pieces that exist at the end, in proportion to
     /// their volumes.
     pub fn goal_cloud(&self, n: usize, seed: u64) -> Vec<Point> {

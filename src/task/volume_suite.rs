@@ -3,6 +3,8 @@
 //! Recorded answers come in, with and without the prompt's two guidelines (preserve the volume; derive the
 //! dimensions step by step); a trial for each and a row for each task and prompt go out. Imports llm, math, scenes.
 
+use serde::{Deserialize, Serialize};
+
 use super::scene::{Scene, Target};
 use super::source::load_scene;
 use crate::llm::lineage::last_clouds;
@@ -35,31 +37,31 @@ impl VolumeTrial {
 }
 
 /// All answers to one task with one prompt.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VolumeRow {
-    pub task: &'static str,
+    pub task: String,
+    #[serde(rename = "method", with = "by_prompt_name")]
     pub guidelines: bool,
     pub trials: usize,
     /// Trials whose answer could not be run or followed.
     pub failed: usize,
     /// Mean and standard deviation (over the trials) of the relative change; not a number if all failed.
+    #[serde(rename = "volume_change_mean")]
     pub change_mean: f64,
+    #[serde(rename = "volume_change_std")]
     pub change_std: f64,
     /// What the paper prints.
+    #[serde(rename = "paper_volume_change")]
     pub paper_change: f64,
 }
 
-/// Every recorded answer of the paper's tasks, in the order of the table; `observe` sees each as it is done.
-pub fn volume_trials(mut observe: impl FnMut(&VolumeTrial)) -> Vec<VolumeTrial> {
+/// Every recorded answer of the paper's tasks, in the order of the table.
+pub fn volume_trials() -> Vec<VolumeTrial> {
     let mut trials = Vec::new();
     for (task, _, _) in PAPER {
         for guidelines in [false, true] {
             let answers = recorded::all().filter(|r| r.task == task && r.volume_reasoning == guidelines);
-            for answer in answers {
-                let trial = trial(answer);
-                observe(&trial);
-                trials.push(trial);
-            }
+            trials.extend(answers.map(trial));
         }
     }
     trials
@@ -89,19 +91,45 @@ fn dough_volume(scene: &Scene) -> f64 {
     scene.dough.solid.volume() / unit.powi(3)
 }
 
-/// The rows of the table.
+/// What results call a prompt.
+pub fn prompt_name(guidelines: bool) -> &'static str {
+    if guidelines { "full" } else { "without-volume-reasoning" }
+}
+
+/// A prompt by that name in JSON.
+mod by_prompt_name {
+    use serde::de::{Deserialize, Deserializer, Error};
+    use serde::ser::Serializer;
+
+    use super::prompt_name;
+
+    pub fn serialize<S: Serializer>(guidelines: &bool, s: S) -> Result<S::Ok, S::Error> {
+        s.serialize_str(prompt_name(*guidelines))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<bool, D::Error> {
+        let name = String::deserialize(d)?;
+        let found = [true, false].into_iter().find(|g| prompt_name(*g) == name);
+        found.ok_or_else(|| D::Error::custom(format!("there is no prompt `{name}`")))
+    }
+}
+
+/// The rows of the table that have trials.
 pub fn volume_rows(trials: &[VolumeTrial]) -> Vec<VolumeRow> {
     let mut rows = Vec::new();
     for (task, with, without) in PAPER {
         for guidelines in [false, true] {
             let own: Vec<&VolumeTrial> =
                 trials.iter().filter(|t| t.task == task && t.guidelines == guidelines).collect();
+            if own.is_empty() {
+                continue;
+            }
             let changes: Vec<f64> = own.iter().filter_map(|t| t.change()).collect();
             let n = changes.len() as f64;
             let mean = changes.iter().sum::<f64>() / n;
             let variance = changes.iter().map(|c| (c - mean).powi(2)).sum::<f64>() / n;
             rows.push(VolumeRow {
-                task,
+                task: task.to_owned(),
                 guidelines,
                 trials: own.len(),
                 failed: own.len() - changes.len(),
@@ -122,8 +150,8 @@ mod tests {
     fn changes_are_relative_to_the_dough_and_failures_are_counted() {
         let trial = |answer, made| VolumeTrial { task: "donut", guidelines: true, answer, dough: 4.0, made };
         let trials = [trial(1, Ok(5.0)), trial(2, Ok(2.0)), trial(3, Err("no".into()))];
-        let row = &volume_rows(&trials)[1];
-        assert_eq!((row.task, row.guidelines, row.trials, row.failed), ("donut", true, 3, 1));
+        let row = &volume_rows(&trials)[0];
+        assert_eq!((row.task.as_str(), row.guidelines, row.trials, row.failed), ("donut", true, 3, 1));
         assert_eq!((row.change_mean, row.change_std), (0.375, 0.125));
         assert_eq!(row.paper_change, 0.098);
     }

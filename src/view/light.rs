@@ -97,14 +97,31 @@ impl Shadow {
         }
     }
 
-    /// Covers a triangle with points closer than the pixels are.
-    fn stamp_triangle(&mut self, [a, b, c]: [V; 3]) {
-        let longest = (b - a).norm().max((c - a).norm()).max((c - b).norm());
-        let n = (1.5 * longest / self.cell).ceil().max(1.0) as usize;
-        for i in 0..=n {
-            for j in 0..=n - i {
-                let (s, t) = (i as f32 / n as f32, j as f32 / n as f32);
-                self.stamp(a + (b - a) * s + (c - a) * t, self.cell);
+    fn stamp_triangle(&mut self, corners: [V; 3]) {
+        let [a, b, c] = corners.map(|p| self.pixel(p));
+        let tops = corners.map(|p| p.dot(&lamp()));
+        // Twice the signed area of (p, q, r); the lamp is far away, so that heights are linear over the triangle.
+        let area = |p: [f32; 2], q: [f32; 2], r: [f32; 2]| {
+            (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+        };
+        let whole = area(a, b, c);
+        if whole.abs() < 1e-4 {
+            // Seen from its edge; its neighbours cover what it does.
+            return;
+        }
+        let range = |k: usize| {
+            let clamp = |v: f32| v.clamp(0.0, SIZE as f32) as usize;
+            clamp(a[k].min(b[k]).min(c[k]).ceil())..clamp(a[k].max(b[k]).max(c[k]).floor() + 1.0)
+        };
+        for row in range(1) {
+            for column in range(0) {
+                let p = [column as f32, row as f32];
+                let shares = [area(p, b, c), area(p, c, a), area(p, a, b)].map(|part| part / whole);
+                if shares.iter().all(|&share| share >= -1e-3) {
+                    let top = (0..3).map(|k| shares[k] * tops[k]).sum();
+                    let cell = &mut self.tops[row * SIZE + column];
+                    *cell = cell.max(top);
+                }
             }
         }
     }

@@ -11,16 +11,20 @@
 //! | `clouds` | pictures of the clouds of a plan |
 //! | `field` | the smooth body that particles stand for |
 //! | `surface`, `light` | what each pixel sees, and how much light reaches it |
+//! | `film` | a run as an animated GIF |
+//! | `ply` | frames and tools as PLY files |
 //! | `picture`, `font` | pixels, PNG files, captions |
 
 pub mod camera;
 pub mod clouds;
 pub mod field;
+pub mod film;
 mod font;
 pub mod light;
 pub mod mesh;
 mod pack;
 pub mod picture;
+pub mod ply;
 pub mod render;
 pub mod report;
 pub mod scene;

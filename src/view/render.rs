@@ -17,7 +17,7 @@ use crate::store::record::RunRecord;
 const OVERSAMPLING: usize = 2;
 
 /// Shades of dough by piece, linear RGB: cream, then tints that tell pieces apart.
-const DOUGH: [[f32; 3]; 5] =
+pub(super) const DOUGH: [[f32; 3]; 5] =
     [[0.85, 0.66, 0.40], [0.80, 0.47, 0.28], [0.63, 0.64, 0.36], [0.78, 0.52, 0.50], [0.58, 0.56, 0.62]];
 const TABLE: [f32; 3] = [0.47, 0.50, 0.53];
 const BACKDROP: [f32; 3] = [0.80, 0.84, 0.88];
@@ -25,7 +25,7 @@ const WOOD: [f32; 3] = [0.50, 0.25, 0.10];
 const METAL: [f32; 3] = [0.42, 0.45, 0.49];
 /// How much of a metal tool's own light is seen.
 const METAL_OPACITY: f32 = 0.6;
-const CAPTION: [u8; 3] = [40, 44, 52];
+pub(super) const CAPTION: [u8; 3] = [40, 44, 52];
 
 /// A picture of a scene, `width` x `height` pixels.
 pub fn render(scene: &RenderScene, width: usize, height: usize) -> Picture {
@@ -82,7 +82,11 @@ pub fn key_frames(run: &RunRecord, width: usize, height: usize) -> Picture {
         }
     }
     let last = run.trajectory.positions.len().saturating_sub(1);
-    panels.push(("after".to_owned(), scene::of_dough(run, last)));
+    let shown = run.plan.stages.len().checked_sub(1).and_then(|k| run.trajectory.last_frame_of(k));
+    // Where the tool is away at the end, the last stage's panel is what it looks like after all.
+    if shown != Some(last) || run.trajectory.tool_at(last).is_some() {
+        panels.push(("after".to_owned(), scene::of_dough(run, last)));
+    }
     panels.push(("goal".to_owned(), Some(scene::of_target(run))));
     let pictures: Vec<Picture> = panels
         .into_iter()

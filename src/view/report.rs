@@ -28,6 +28,8 @@ const MAIN: &str = include_str!("report/main.js");
 const BUDGET: usize = 13_000_000;
 /// Points of an overlay at most.
 const OVERLAY_POINTS: usize = 3000;
+/// Particles at most whose way to the next reachable cloud is drawn.
+const LINES: usize = 700;
 
 /// The report of a run.
 pub fn html(run: &RunRecord) -> String {
@@ -74,6 +76,9 @@ fn packed(run: &RunRecord, bounds: &Bounds, stride: usize) -> String {
     for (_, cloud) in overlays(run) {
         packer.cloud(thinned(cloud).map(|p| p.map(|v| v as f32)));
     }
+    for reachable in &run.trajectory.reachable {
+        packer.cloud(reachable.cloud.iter().step_by(stride * line_stride(run, stride)).copied());
+    }
     packer.finish()
 }
 
@@ -81,6 +86,11 @@ fn packed(run: &RunRecord, bounds: &Bounds, stride: usize) -> String {
 fn overlays(run: &RunRecord) -> impl Iterator<Item = (String, &Vec<Point>)> {
     let subgoals = run.trajectory.subgoals.iter().enumerate().map(|(k, c)| (format!("subgoal {k}"), c));
     std::iter::once(("target".to_owned(), &run.trajectory.target)).chain(subgoals)
+}
+
+/// Every so many of the particles that are shown has a line.
+fn line_stride(run: &RunRecord, stride: usize) -> usize {
+    run.trajectory.particles().div_ceil(stride).div_ceil(LINES).max(1)
 }
 
 fn thinned(cloud: &[Point]) -> impl ExactSizeIterator<Item = Point> + Clone {
@@ -91,6 +101,7 @@ fn thinned(cloud: &[Point]) -> impl ExactSizeIterator<Item = Point> + Clone {
 fn quantisation_box(run: &RunRecord) -> Bounds {
     let trajectory = &run.trajectory;
     let frames = trajectory.positions.iter().map(|f| f.iter().map(|p| p.map(f64::from)).collect());
+    let aims = trajectory.reachable.iter().map(|r| r.cloud.iter().map(|p| p.map(f64::from)).collect());
     let clouds = overlays(run).map(|(_, cloud)| cloud.clone());
     let around = |points: Vec<Point>| {
         let finite: Vec<Point> = points.into_iter().filter(|p| p.iter().all(|v| v.is_finite())).collect();
@@ -98,6 +109,7 @@ fn quantisation_box(run: &RunRecord) -> Bounds {
     };
     let mut all = frames
         .chain(clouds)
+        .chain(aims)
         .filter_map(around)
         .reduce(|a, b| a.union(&b))
         .unwrap_or(Bounds { min: [0.0; 3], max: [1.0; 3] });
@@ -120,6 +132,8 @@ fn data(run: &RunRecord, bounds: &Bounds, stride: usize) -> Value {
         "task_file": plan.task_file,
         "params": plan.params,
         "planner": plan.planner,
+        "search": plan.search,
+        "response": plan.response,
         "tools": plan.tools.iter().map(tool).collect::<Vec<_>>(),
         "stages": plan.stages,
         "low": bounds.min,
@@ -133,6 +147,11 @@ fn data(run: &RunRecord, bounds: &Bounds, stride: usize) -> Value {
         "table": scene::table_height(run),
         "piece": pieces,
         "overlays": overlays,
+        "reachable": {
+            "every": line_stride(run, stride),
+            "count": pieces.len().div_ceil(line_stride(run, stride)),
+            "frames": trajectory.reachable.iter().map(|r| r.frame).collect::<Vec<_>>(),
+        },
         "tool": trajectory.tool,
         "stage": trajectory.stage,
         "pose": poses(run),

@@ -5,7 +5,7 @@ use donut::math::cloud::Point;
 use donut::math::rng::{seeded, uniform};
 use donut::sim::tool::{Motion, Shape, Tool, ToolPose};
 use donut::store::record::{RunRecord, Segment, StagePlan, StageSummary};
-use donut::store::trajectory::{Step, Trajectory};
+use donut::store::trajectory::{Reachable, Step, Trajectory};
 
 const TABLE: f64 = 0.047;
 const CUT: usize = 20;
@@ -87,6 +87,10 @@ pub fn cut_bar(n: usize) -> RunRecord {
         let (positions, tool, tool_pose, action) = state(&initial, t);
         let emd = 0.03 * (1.0 - (t - 1) as f64 % CUT as f64 / CUT as f64);
         trajectory.push(Step { positions: &positions, tool, tool_pose, stage: tool, action: &action, emd });
+    }
+    for (frame, k) in [(0, 0), (CUT, 1)] {
+        let cloud = trajectory.subgoals[k].iter().map(|p| p.map(|v| v as f32)).collect();
+        trajectory.reachable.push(Reachable { frame, cloud });
     }
     let stage = |title: &str, tool: usize, from: usize, to: usize| StagePlan {
         title: title.into(),

@@ -130,6 +130,8 @@ fn summary(n: usize) -> Summary {
             score: 1.0 - emd(STEPS) / emd(0),
             emd_initial: emd(0),
             emd_final: emd(STEPS),
+            rollouts: 42,
+            gradient_iterations: 40,
             seconds: 12.0,
             stop: "reached".into(),
         }],

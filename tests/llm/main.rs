@@ -4,3 +4,4 @@ mod client;
 mod command;
 mod prompts;
 mod server;
+mod subgoals;

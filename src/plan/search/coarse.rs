@@ -4,6 +4,7 @@
 
 use crate::emd::exact::assign;
 use crate::math::cloud::{Bounds, Point, distance, sub};
+use crate::math::kd_tree::KdTree;
 use crate::math::neighbours::Neighbours;
 use crate::plan::stage::StageProblem;
 use crate::sim::ParticleState;
@@ -16,21 +17,32 @@ pub struct Coarse {
     pub active: Vec<usize>,
     /// All others: they should stay.
     pub others: Vec<usize>,
+    /// Where all others should stay, m: places of the same particles as `state`.
+    home: Vec<Point>,
+    /// Which particles of the whole dough `state` has.
+    ids: Vec<usize>,
     /// As many points as `active`, m.
     pub target: Vec<Point>,
+    /// The target, sorted to find what strays from it.
+    near: KdTree,
     /// Mean distance of a target point to the next, m.
     spacing: f64,
+    /// How much more a particle counts that is farther than that from every point of the target.
+    stray_weight: f64,
 }
-
-/// How much more a particle counts that is far from every point of the target: the EMD alone hardly feels a thin
-/// membrane in a hole, or a smear between two halves.
-const STRAY_WEIGHT: f64 = 2.0;
 
 impl Coarse {
     /// An even choice of about `count` of all particles, and of the target in proportion.
     ///
-    /// MPM's accelerations do not depend on the mass of a particle, so that fewer of them are the same dough.
-    pub fn new(problem: &StageProblem<'_>, state: &ParticleState, count: usize) -> Self {
+    /// MPM's accelerations do not depend on the mass of a particle, so that fewer of them are the same dough. `home`
+    /// are the places of the whole dough that particles which the stage is not about should keep.
+    pub fn new(
+        problem: &StageProblem<'_>,
+        state: &ParticleState,
+        home: &[Point],
+        count: usize,
+        stray_weight: f64,
+    ) -> Self {
         let n = state.len();
         let share = (count as f64 / n as f64).min(1.0);
         let mut is_active = vec![false; n];
@@ -48,15 +60,19 @@ impl Coarse {
             even_subset(problem.target, active.len()).into_iter().map(|k| problem.target[k]).collect();
         Self {
             spacing: spacing(&target),
+            stray_weight,
             state: state.select(&ids),
             active: (0..active.len()).collect(),
             others: (active.len()..ids.len()).collect(),
+            home: ids.iter().map(|&i| home[i]).collect(),
+            ids,
+            near: KdTree::new(&target),
             target,
         }
     }
 
     /// What a stage wants small, m: the exact EMD of the active dough to its target, with what strays from the
-    /// target's neighbourhood counted [`STRAY_WEIGHT`] times more, and the way that the other dough has gone; by
+    /// target's neighbourhood counted so many times more, and the way that the other dough has gone; by
     /// their shares.
     pub fn objective(&self, x: &[Point]) -> f64 {
         self.objective_adj(x).0
@@ -67,7 +83,6 @@ impl Coarse {
     pub fn objective_adj(&self, x: &[Point]) -> (f64, Vec<Point>) {
         let active: Vec<Point> = self.active.iter().map(|&i| x[i]).collect();
         let matched = assign(&active, &self.target).target_of;
-        let near = Neighbours::new(&self.target, self.spacing);
         let share = 1.0 / x.len() as f64;
         let mut sum = 0.0;
         let mut adj = vec![[0.0; 3]; x.len()];
@@ -82,13 +97,27 @@ impl Coarse {
         };
         for (&i, &t) in self.active.iter().zip(&matched) {
             pull(i, self.target[t], 0.0, 1.0);
-            let nearest = near.nearest(x[i], 1)[0].index;
-            pull(i, self.target[nearest], self.spacing, STRAY_WEIGHT);
+            if let Some(nearest) = self.near.nearest(x[i]) {
+                pull(i, self.target[nearest.index], self.spacing, self.stray_weight);
+            }
         }
         for &i in &self.others {
-            pull(i, self.state.x[i], 0.0, 1.0);
+            pull(i, self.home[i], 0.0, 1.0);
         }
         (sum * share, adj)
+    }
+
+    /// [`Coarse::objective`] where the whole dough is at `x`.
+    pub fn objective_of_all(&self, x: &[Point]) -> f64 {
+        let own: Vec<Point> = self.ids.iter().map(|&i| x[i]).collect();
+        self.objective(&own)
+    }
+
+    /// Active particles that are far from every point of the target.
+    pub fn strays(&self) -> Vec<usize> {
+        let is_stray =
+            |i: &usize| self.near.nearest(self.state.x[*i]).is_some_and(|n| n.distance > self.spacing);
+        self.active.iter().copied().filter(is_stray).collect()
     }
 
     /// For every particle the way that it should go, m: active ones to their match, others nowhere.
@@ -176,9 +205,13 @@ mod tests {
         let (x, target) = (cloud(40, 0.4), cloud(30, 0.45));
         let coarse = Coarse {
             spacing: spacing(&target),
+            stray_weight: 2.0,
             state: ParticleState::at_rest(x.clone()),
             active: (0..30).collect(),
             others: (30..40).collect(),
+            home: x.clone(),
+            ids: (0..40).collect(),
+            near: KdTree::new(&target),
             target: target.clone(),
         };
         let mut there = x.clone();

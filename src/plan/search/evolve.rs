@@ -5,9 +5,11 @@
 use super::coarse::Coarse;
 use super::seeds::Seed;
 use super::stroke::{Spread, Stroke, pick};
+use crate::math::cloud::{Point, distance};
 use crate::math::rng::Pcg64;
 use crate::plan::adam::Adam;
 use crate::plan::settings::SearchSettings;
+use crate::plan::settle::mean_speed;
 use crate::sim::lanes::Real;
 use crate::sim::{Batch, ParticleState, SimError, Simulator, StepSeed, Tool, ToolPose};
 
@@ -19,14 +21,28 @@ pub struct Tried {
     pub pose: ToolPose,
     /// The coarse objective after it, m.
     pub objective: f64,
+    /// The coarse dough after it, m.
+    pub(super) end: Vec<Point>,
 }
 
 /// Standard deviations of the first generation that descends, and of the last.
 const WIDE: Spread = Spread { place: 0.015, yaw: 0.3, gap: 0.015, knot: 0.6, length: 0.3 };
-const NARROW: Spread = Spread { place: 0.003, yaw: 0.06, gap: 0.004, knot: 0.12, length: 0.1 };
+pub const NARROW: Spread = Spread { place: 0.003, yaw: 0.06, gap: 0.004, knot: 0.12, length: 0.1 };
 
+/// Free control steps that are run at once.
+const STRIDE: usize = 5;
+/// Below this mean speed dough has nearly come to rest, m/s: friction stops it within a millimetre.
+const RESTING_SPEED: f64 = 0.1;
+
+/// Every so many gradient steps the stroke is tried.
+const EVERY: usize = 3;
 /// How many strokes are refined by gradients.
-const REFINED: usize = 2;
+const REFINED: usize = 4;
+
+/// Two strokes are of a kind if the dough that they leave differs by less than this share of the objective before them.
+const KIN: f64 = 0.1;
+/// So many strokes of a kind may have descendants: the best stroke by itself need not be the best to go on from.
+const OF_A_KIND: usize = 2;
 
 /// What a search needs to know.
 pub struct Search<'a, T: Real> {
@@ -44,46 +60,66 @@ pub struct Search<'a, T: Real> {
 }
 
 impl<T: Real> Search<'_, T> {
-    /// The best stroke of all that were tried, if one could be carried out. `on_searched` hears which share of the
-    /// search is done.
+    /// The best strokes of all that were tried, best first; none if none could be carried out. `pool` are those that an
+    /// earlier search for the same dough has found in the generations before. `on_searched` hears which share of
+    /// the search is done.
     pub fn run(
         &mut self,
         seeds: &[Seed],
+        mut pool: Vec<Tried>,
+        generations: std::ops::Range<usize>,
         rng: &mut Pcg64,
         mut on_searched: impl FnMut(f64),
-    ) -> Option<Tried> {
+    ) -> Vec<Tried> {
         let s = self.settings;
         let lengths: Vec<usize> = s.lengths.iter().map(|&l| l.min(self.steps_left)).collect();
-        let before = self.coarse.objective(&self.coarse.state.x);
-        let merit = |t: &Tried| (before - t.objective) / (t.stroke.steps as f64).powf(s.length_exponent);
-        let mut pool: Vec<Tried> = Vec::new();
-        for generation in 0..s.generations {
-            let strokes: Vec<Stroke> = (0..s.population)
+        let longest = lengths.iter().copied().max().unwrap_or(1);
+        for generation in generations {
+            let count = if generation == 0 { s.first_population } else { s.population };
+            let strokes: Vec<Stroke> = (0..count)
                 .map(|k| {
                     if generation == 0 {
                         let seed = &seeds[k % seeds.len()];
                         let begin = Stroke { steps: pick(&lengths, rng), ..seed.stroke.clone() };
-                        return begin.with_random_knots(self.tool, seed.dive, &seed.lean, s.knots, rng);
+                        return begin
+                            .with_random_knots(self.tool, seed.dive, &seed.lean, s.knots, rng)
+                            .perhaps_stirring(self.tool, seed.dive, longest, rng);
                     }
                     let t = (generation - 1) as f64 / (s.generations - 1).max(2) as f64;
-                    let parent = &pool[k % pool.len().min(s.parents)].stroke;
+                    let parent = &pool[k % pool.len()].stroke;
                     parent.varied(self.tool, &WIDE.towards(&NARROW, t), &lengths, rng)
                 })
                 .collect();
             pool.extend(self.try_all(&strokes));
-            pool.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
-            pool.truncate(s.parents);
+            pool = self.fittest(pool);
             on_searched((generation + 1) as f64 / s.generations as f64);
             if pool.is_empty() {
-                return None;
+                break;
             }
         }
-        self.refine(&mut pool);
-        pool.into_iter().max_by(|a, b| merit(a).total_cmp(&merit(b)))
+        pool
     }
 
-    /// Adds to the best strokes what gradient steps make of them.
-    fn refine(&mut self, pool: &mut Vec<Tried>) {
+    /// The best strokes, best first, not too many of a kind.
+    fn fittest(&self, mut pool: Vec<Tried>) -> Vec<Tried> {
+        let before = self.coarse.objective(&self.coarse.state.x);
+        let merit = |t: &Tried| self.settings.merit(before - t.objective, t.stroke.steps);
+        pool.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
+        let mut kept: Vec<Tried> = Vec::new();
+        for tried in pool {
+            let is_kin = |other: &&Tried| mean_distance(&other.end, &tried.end) < KIN * before;
+            if kept.iter().filter(is_kin).count() < OF_A_KIND {
+                kept.push(tried);
+            }
+            if kept.len() == self.settings.parents {
+                break;
+            }
+        }
+        kept
+    }
+
+    /// The best of the strokes and of what gradient steps make of the first of them.
+    pub fn refined(&mut self, mut pool: Vec<Tried>) -> Vec<Tried> {
         let (s, tool, coarse) = (self.settings, self.tool, self.coarse);
         let limit = self.gradient_memory;
         let refined = self.batch.run(&pool[..pool.len().min(REFINED)], |sim, tried| {
@@ -94,22 +130,23 @@ impl<T: Real> Search<'_, T> {
         });
         let strokes: Vec<Stroke> = refined.into_iter().flatten().collect();
         pool.extend(self.try_all(&strokes));
+        self.fittest(pool)
     }
 
     /// Those of the strokes that can be carried out, with what they lead to.
-    pub fn try_all(&mut self, strokes: &[Stroke]) -> Vec<Tried> {
+    fn try_all(&mut self, strokes: &[Stroke]) -> Vec<Tried> {
         let (lowered, rest, tool, coarse) = (self.lowered, self.rest, self.tool, self.coarse);
         let settle_steps = self.settings.settle_steps;
         let results = self.batch.run(strokes, |sim, stroke| {
             let pose = lowered(stroke.pose_above(rest))?;
-            let end = carry_out(sim, tool, &coarse.state, &pose, &stroke.actions(), settle_steps).ok()?;
-            Some(Tried { stroke: stroke.clone(), pose, objective: coarse.objective(&end.x) })
+            let end = carry_out(sim, tool, &coarse.state, &pose, &stroke.actions(tool), settle_steps).ok()?;
+            Some(Tried { stroke: stroke.clone(), pose, objective: coarse.objective(&end.x), end: end.x })
         });
         results.into_iter().flatten().filter(|t| t.objective.is_finite()).collect()
     }
 }
 
-/// The strokes that a gradient descent on the objective at the end of `tried` passes, every second one.
+/// Some of the strokes that a gradient descent on the objective at the end of `tried` passes.
 fn descend<T: Real>(
     sim: &mut Simulator<T>,
     tool: &Tool,
@@ -123,7 +160,7 @@ fn descend<T: Real>(
     sim.set_tools(vec![tool.clone()]);
     for k in 1..=settings.gradient_steps {
         let steps = stroke.steps;
-        let gradient = sim.rollout(&coarse.state, &[tried.pose], &stroke.actions()).and_then(|()| {
+        let gradient = sim.rollout(&coarse.state, &[tried.pose], &stroke.actions(tool)).and_then(|()| {
             let mut seeds = vec![StepSeed::default(); steps + 1];
             seeds[steps].positions = coarse.objective_adj(&sim.positions(steps)).1;
             sim.rollout_adj(&seeds)
@@ -132,9 +169,9 @@ fn descend<T: Real>(
         if !gradient.actions.iter().flatten().all(|g| g.is_finite()) {
             break;
         }
-        let knots_adj = stroke.actions_adj(&gradient.actions);
+        let knots_adj = stroke.actions_adj(tool, &gradient.actions);
         adam.step(settings.learning_rate, &knots_adj, &mut stroke.knots);
-        if k % 2 == 0 {
+        if k % EVERY == 0 {
             path.push(stroke.clone());
         }
     }
@@ -142,7 +179,7 @@ fn descend<T: Real>(
 }
 
 /// The dough after a stroke, a withdrawal and some free control steps.
-pub fn carry_out<T: Real>(
+fn carry_out<T: Real>(
     sim: &mut Simulator<T>,
     tool: &Tool,
     start: &ParticleState,
@@ -153,12 +190,35 @@ pub fn carry_out<T: Real>(
     sim.set_tools(vec![tool.clone()]);
     sim.rollout(start, &[*pose], actions)?;
     let end = sim.state(actions.len());
-    if settle_steps == 0 {
-        return Ok(end);
-    }
+    come_to_rest(sim, end, settle_steps, |_| {})
+}
+
+/// The dough after it has moved freely until it nearly rests, or for `most` control steps. `each` gets the positions
+/// after every one of them.
+pub fn come_to_rest<T: Real>(
+    sim: &mut Simulator<T>,
+    mut state: ParticleState,
+    most: usize,
+    mut each: impl FnMut(Vec<Point>),
+) -> Result<ParticleState, SimError> {
     sim.set_tools(Vec::new());
-    sim.rollout(&end, &[], &vec![Vec::new(); settle_steps])?;
-    Ok(sim.state(settle_steps))
+    let mut done = 0;
+    while done < most {
+        let steps = STRIDE.min(most - done);
+        sim.rollout(&state, &[], &vec![Vec::new(); steps])?;
+        (1..=steps).for_each(|s| each(sim.positions(s)));
+        state = sim.state(steps);
+        done += steps;
+        if mean_speed(&state) < RESTING_SPEED {
+            break;
+        }
+    }
+    Ok(state)
+}
+
+/// Mean distance between places of the same particles.
+fn mean_distance(a: &[Point], b: &[Point]) -> f64 {
+    a.iter().zip(b).map(|(p, q)| distance(*p, *q)).sum::<f64>() / a.len() as f64
 }
 
 impl Spread {

@@ -32,13 +32,20 @@ pub struct Seed {
 /// Up to `count` places, best first.
 ///
 /// A tool may push from where it touches the dough, or from inside, as low as it can go: a knife that stands
-/// on a bar pushes nothing apart, but one that has gone through it does.
-pub fn seeds(place: &Placement<'_>, substeps: usize, motion: &[Point], count: usize) -> Vec<Seed> {
+/// on a bar pushes nothing apart, but one that has gone through it does. Some of the latter go by the `strays` alone,
+/// particles that are where no dough should be: what is left of a hole, or between two halves.
+pub fn seeds(
+    place: &Placement<'_>,
+    substeps: usize,
+    motion: &[Point],
+    strays: &[usize],
+    count: usize,
+) -> Vec<Seed> {
     let lowest = place.tool.lower_bound[1];
-    let (mut touching, mut inside): (Vec<Scored>, Vec<Scored>) = (Vec::new(), Vec::new());
+    let (mut touching, mut inside, mut clearing) = (Vec::new(), Vec::new(), Vec::new());
     for k in 0..YAWS {
         let yaw = std::f64::consts::TAU * k as f64 / YAWS as f64;
-        let turned = Stroke { x: 0.0, z: 0.0, yaw, gap: 0.0, steps: 0, knots: Vec::new() };
+        let turned = Stroke { x: 0.0, z: 0.0, yaw, gap: 0.0, steps: 0, knots: Vec::new(), stir: 0.0 };
         for pose in place.candidates(turned.pose_above(place.rest).rotation) {
             let stroke = Stroke { x: pose.position[0], z: pose.position[2], gap: pose.gap, ..turned.clone() };
             let dive = pose.position[1] - lowest;
@@ -46,13 +53,17 @@ pub fn seeds(place: &Placement<'_>, substeps: usize, motion: &[Point], count: us
                 let [x, _, z] = pose.position;
                 let pose = ToolPose { position: [x, lowest, z], ..pose };
                 inside.push(Scored { score: place.score(&pose), stroke: stroke.clone(), pose, dive });
+                let score = place.score_of(&pose, strays);
+                if score > 0.0 {
+                    clearing.push(Scored { score, stroke: stroke.clone(), pose, dive });
+                }
             }
             touching.push(Scored { score: place.score(&pose), stroke, pose, dive: 0.0 });
         }
     }
-    // Scores of the two kinds do not compare: inside, the tool is near to far more dough.
-    let half = count / 2;
-    let mut chosen = apart(place.tool, inside, half);
+    // Scores of the kinds do not compare: inside, the tool is near to far more dough.
+    let mut chosen = apart(place.tool, inside, count / 3);
+    chosen.extend(apart(place.tool, clearing, count / 6));
     let rest = count - chosen.len();
     chosen.extend(apart(place.tool, touching, rest));
     let lean = |pose: &ToolPose| lean(place, substeps, motion, pose);

@@ -24,7 +24,25 @@ pub struct Stroke {
     pub steps: usize,
     /// Actions at evenly spread times, in [-1, 1]: knots x components of the tool's action.
     pub knots: Vec<Vec<f64>>,
+    /// Stirring: how far the tool swings to and fro in the second half of the stroke, as a share of its largest step.
+    ///
+    /// Contact acts on velocities only, so that dough which a tool has gone into stays in it: a pole leaves a quarter
+    /// of the dough in its hole, however fast it dives. Swings of a centimetre in two directions and the two between
+    /// carry all of it to the wall.
+    pub stir: f64,
 }
+
+/// Directions of the swings, one after the other: cosine and sine.
+const SWINGS: [[f64; 2]; 4] = [
+    [1.0, 0.0],
+    [0.0, 1.0],
+    [std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2],
+    [-std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2],
+];
+/// The control steps of a swing: out, back, to the other side and back.
+const SWING: [f64; 4] = [1.0, -1.0, -1.0, 1.0];
+/// The share of strokes from seeds inside the dough that stir.
+const STIRRING: f64 = 0.3;
 
 /// How far a search goes from a stroke to the next: standard deviations.
 #[derive(Clone, Copy, Debug)]
@@ -52,33 +70,63 @@ impl Stroke {
         }
     }
 
-    /// The action of every control step: straight lines between the knots.
-    pub fn actions(&self) -> Vec<Vec<f64>> {
-        let last = (self.knots.len() - 1) as f64;
+    /// The action of every control step: straight lines between the knots, and what stirring adds.
+    pub fn actions(&self, tool: &Tool) -> Vec<Vec<f64>> {
         (0..self.steps)
             .map(|step| {
-                let t = last * (step as f64 + 0.5) / self.steps as f64;
-                let k = (t as usize).min(self.knots.len() - 2);
-                let s = t - k as f64;
-                self.knots[k].iter().zip(&self.knots[k + 1]).map(|(a, b)| a + s * (b - a)).collect()
+                let (k, s) = self.between_knots(step);
+                let mut action: Vec<f64> =
+                    self.knots[k].iter().zip(&self.knots[k + 1]).map(|(a, b)| a + s * (b - a)).collect();
+                for (c, swing) in self.swing(tool, step) {
+                    action[c] = (action[c] + swing).clamp(-1.0, 1.0);
+                }
+                action
             })
             .collect()
     }
 
     /// Adjoint of [`Stroke::actions`]: the knots' share of a gradient by the actions.
-    pub fn actions_adj(&self, actions_adj: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub fn actions_adj(&self, tool: &Tool, actions_adj: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut knots_adj = vec![vec![0.0; self.knots[0].len()]; self.knots.len()];
-        let last = (self.knots.len() - 1) as f64;
         for (step, row) in actions_adj.iter().enumerate() {
-            let t = last * (step as f64 + 0.5) / self.steps as f64;
-            let k = (t as usize).min(self.knots.len() - 2);
-            let s = t - k as f64;
+            let (k, s) = self.between_knots(step);
+            let mut row = row.clone();
+            for (c, swing) in self.swing(tool, step) {
+                let action = self.knots[k][c] + s * (self.knots[k + 1][c] - self.knots[k][c]) + swing;
+                if action.abs() > 1.0 {
+                    row[c] = 0.0;
+                }
+            }
             for (c, g) in row.iter().enumerate() {
                 knots_adj[k][c] += (1.0 - s) * g;
                 knots_adj[k + 1][c] += s * g;
             }
         }
         knots_adj
+    }
+
+    /// The knot before the middle of a control step, and which share of the way to the next one has been gone.
+    fn between_knots(&self, step: usize) -> (usize, f64) {
+        let last = self.knots.len() - 1;
+        let t = last as f64 * (step as f64 + 0.5) / self.steps as f64;
+        let k = (t as usize).min(last - 1);
+        (k, t - k as f64)
+    }
+
+    /// What stirring adds to the action components of a control step.
+    fn swing(&self, tool: &Tool, step: usize) -> impl Iterator<Item = (usize, f64)> {
+        let since = step.checked_sub(self.steps / 2).filter(|_| self.stir > 0.0);
+        let swing = tool.motion.sideways().zip(since).map(|(components, since)| {
+            let direction = SWINGS[since / SWING.len() % SWINGS.len()];
+            let way = self.stir * SWING[since % SWING.len()];
+            components.into_iter().zip(direction.map(|d| way * d))
+        });
+        swing
+            .into_iter()
+            .flatten()
+            .filter(|&(c, _)| tool.action_scale[c] != 0.0)
+            .collect::<Vec<_>>()
+            .into_iter()
     }
 
     /// A stroke near this one.
@@ -96,8 +144,11 @@ impl Stroke {
                 knot[c] = (knot[c] + 0.6 * shift + 0.8 * noise * normal(rng)).clamp(-1.0, 1.0);
             }
         }
-        if uniform(rng) < spread.length {
+        if !lengths.is_empty() && uniform(rng) < spread.length {
             next.steps = pick(lengths, rng);
+        }
+        if next.stir > 0.0 {
+            next.stir = (next.stir + spread.knot * 0.5 * normal(rng)).clamp(0.0, 1.0);
         }
         next
     }
@@ -108,6 +159,24 @@ impl Stroke {
             .flat_map(|c| self.knots.iter().map(move |knot| knot[c] * knot[c]))
             .collect();
         (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+    }
+
+    /// Some of the strokes from inside the dough only stir there, for `steps` control steps: drawn after
+    /// [`Stroke::with_random_knots`].
+    pub fn perhaps_stirring(mut self, tool: &Tool, dive: f64, steps: usize, rng: &mut Pcg64) -> Self {
+        let Some(sideways) = tool.motion.sideways().filter(|_| dive > 0.0 && uniform(rng) < STIRRING) else {
+            return self;
+        };
+        self.steps = steps;
+        self.stir = 0.2 + 0.8 * uniform(rng);
+        let c = tool.motion.rise();
+        let down = (dive / (tool.action_scale[c] * 0.5 * steps as f64)).min(1.0);
+        let count = self.knots.len();
+        for (k, knot) in self.knots.iter_mut().enumerate() {
+            sideways.iter().for_each(|&c| knot[c] *= 0.05);
+            knot[c] = if 2 * k < count { -down } else { 0.0 };
+        }
+        self
     }
 
     /// Draws `count` knots: the tool first goes down by `dive`, in half of the time if it can, and then around
@@ -134,7 +203,8 @@ impl Stroke {
             let down = dive / (tool.action_scale[c] * 0.5 * self.steps as f64) * (0.7 + 0.6 * uniform(rng));
             for (k, knot) in self.knots.iter_mut().enumerate() {
                 if 2 * k < count {
-                    knot.iter_mut().for_each(|a| *a *= 0.3);
+                    // Straight down: where a knife enters is where it cuts.
+                    knot.iter_mut().for_each(|a| *a *= 0.05);
                     knot[c] -= down;
                 } else {
                     knot[c] *= 0.3;
@@ -183,16 +253,16 @@ mod tests {
     }
 
     fn stroke(steps: usize, rng: &mut Pcg64) -> Stroke {
-        let begin = Stroke { x: 0.5, z: 0.4, yaw: 0.3, gap: 0.0, steps, knots: Vec::new() };
+        let begin = Stroke { x: 0.5, z: 0.4, yaw: 0.3, gap: 0.0, steps, knots: Vec::new(), stir: 0.0 };
         begin.with_random_knots(&pole(), 0.0, &[1.0, -0.5, 0.0], 4, rng)
     }
 
     #[test]
     fn actions_pass_through_the_knots_and_their_adjoint_agrees_with_finite_differences() {
         let mut rng = seeded(1, "stroke");
-        for steps in [1, 2, 7, 40] {
-            let stroke = stroke(steps, &mut rng);
-            let actions = stroke.actions();
+        for (steps, stir) in [(1, 0.0), (2, 0.4), (7, 0.0), (40, 0.5), (40, 1.0)] {
+            let stroke = Stroke { stir, ..stroke(steps, &mut rng) };
+            let actions = stroke.actions(&pole());
             assert_eq!(actions.len(), steps);
             let (low, high) =
                 (stroke.knots[0][0].min(stroke.knots[1][0]), stroke.knots[0][0].max(stroke.knots[1][0]));
@@ -200,15 +270,36 @@ mod tests {
             let flat: Vec<f64> = stroke.knots.concat();
             let forward = |x: &[f64]| {
                 let knots = x.chunks(3).map(<[f64]>::to_vec).collect();
-                Stroke { knots, ..stroke.clone() }.actions().concat()
+                Stroke { knots, ..stroke.clone() }.actions(&pole()).concat()
             };
             let adjoint = |_: &[f64], y: &[f64]| {
                 let rows: Vec<Vec<f64>> = y.chunks(3).map(<[f64]>::to_vec).collect();
-                stroke.actions_adj(&rows).concat()
+                stroke.actions_adj(&pole(), &rows).concat()
             };
             let tolerance = Tolerance { relative: 1e-7, absolute: 1e-9 };
             directional(&mut rng, &flat, forward, adjoint, tolerance);
         }
+    }
+
+    #[test]
+    fn stirring_swings_to_both_sides_and_ends_where_it_began() {
+        let tool = Tool { action_scale: vec![0.01; 3], ..pole() };
+        let still = Stroke { knots: vec![vec![0.0; 3]; 4], ..stroke(32, &mut seeded(4, "stroke")) };
+        let stirring = Stroke { stir: 0.7, ..still };
+        let actions = stirring.actions(&tool);
+        assert!(actions[..16].iter().flatten().all(|a| *a == 0.0), "first the tool goes in");
+        let mut at = [0.0; 2];
+        let (mut low, mut high) = ([0.0f64; 2], [0.0f64; 2]);
+        for action in &actions[16..] {
+            for (k, c) in [0, 2].into_iter().enumerate() {
+                at[k] += action[c];
+                (low[k], high[k]) = (low[k].min(at[k]), high[k].max(at[k]));
+            }
+            assert_eq!(action[1], 0.0);
+        }
+        assert!(at.iter().all(|x| x.abs() < 1e-12), "{at:?}");
+        assert!(low.iter().all(|x| (x + 0.7).abs() < 1e-12), "{low:?}");
+        assert!(high.iter().all(|x| (x - 0.7).abs() < 1e-12), "{high:?}");
     }
 
     #[test]
@@ -226,10 +317,10 @@ mod tests {
     #[test]
     fn a_dive_takes_the_tool_down_by_about_its_depth_in_the_first_half() {
         let mut rng = seeded(3, "stroke");
-        let begin = Stroke { x: 0.5, z: 0.5, yaw: 0.0, gap: 0.0, steps: 40, knots: Vec::new() };
+        let begin = Stroke { x: 0.5, z: 0.5, yaw: 0.0, gap: 0.0, steps: 40, knots: Vec::new(), stir: 0.0 };
         for _ in 0..20 {
             let dived = begin.clone().with_random_knots(&pole(), 0.1, &[1.0, 0.0, 0.0], 4, &mut rng);
-            let down: f64 = dived.actions()[..20].iter().map(|a| 0.01 * a[1]).sum();
+            let down: f64 = dived.actions(&pole())[..20].iter().map(|a| 0.01 * a[1]).sum();
             assert!((-0.2..-0.03).contains(&down), "{down}");
         }
     }

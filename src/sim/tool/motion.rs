@@ -73,6 +73,15 @@ impl Motion {
             Self::Translation | Self::Rigid | Self::Gripper { .. } => 1,
         }
     }
+
+    /// The action components that shift the tool along x and along z; none for a rolling pin, which goes where it
+    /// rolls.
+    pub fn sideways(&self) -> Option<[usize; 2]> {
+        match self {
+            Self::RollingPin => None,
+            Self::Translation | Self::Rigid | Self::Gripper { .. } => Some([0, 2]),
+        }
+    }
 }
 
 /// The tool's displacement before clamping, and the two rotations around its orientation: the next one

@@ -33,7 +33,7 @@ function unpack(bytes, run) {
   };
   const frames = [];
   for (let f = 0; f < run.frames; f++) frames.push(next(run.particles, frames[f - 1]));
-  return {frames, clouds: run.overlays.map((o) => next(o.count))};
+  return {frames, clouds: run.overlays.map((o) => next(o.count)), aims: run.reachable.frames.map(() => next(run.reachable.count))};
 }
 
 function fillHeader(run) {
@@ -77,21 +77,31 @@ function fillParameters(run) {
   const table = (title, values) => node("table", null, {}, [
     node("thead", null, {}, [node("tr", null, {}, [node("th", title, {colspan: 2})])]),
     node("tbody", null, {}, Object.entries(values).map(([k, v]) =>
-      node("tr", null, {}, [node("td", k), node("td", Array.isArray(v) ? v.join(", ") : String(v), {class: "number"})]))),
+      node("tr", null, {}, [node("td", k), node("td", Array.isArray(v) ? v.join(", ") : typeof v === "object" ? JSON.stringify(v) : String(v), {class: "number"})]))),
   ]);
   $("parameters").append(table("world", run.params), table("planner", run.planner));
+  if (run.search) $("parameters").append(table("search (method donut)", run.search));
+  if (run.response) $("response").textContent = run.response;
+  $("said").hidden = !run.response;
+  if (run.summary.model) $("said-by").textContent = `The answer of ${run.summary.model}`;
 }
 
 // One frame number, its stage and segment, and everybody who follows it.
 class Player {
   constructor(run, viewer) {
-    Object.assign(this, {run, viewer, frame: 0, playing: false});
+    Object.assign(this, {run, viewer, frame: 0, playing: false, detail: 1});
     const seek = (frame) => this.seek(frame);
     this.plots = [
       new Plot($("plot-emd"), "EMD to the subgoal against control steps", () => emdContent(run), seek),
       new Plot($("plot-actions"), "Action components against control steps", () => actionContent(run), seek),
     ];
-    this.losses = new Plot($("plot-loss"), "Loss against gradient iterations", () => lossContent(run, this.segment()));
+    const searched = isSearch(run);
+    this.losses = searched
+      ? new Plot($("plot-loss"), "What the search of each stroke found", () => searchContent(run, this.segment()))
+      : new Plot($("plot-loss"), "Loss against gradient iterations", () => lossContent(run, this.segment()));
+    $("loss-title").textContent = searched ? "What the search found" : "Loss per iteration";
+    $("loss-note").hidden = !searched;
+    this.known = knownEmd(run);
     fillStages(run, seek);
     $("frame").max = run.frames - 1;
     $("frame").addEventListener("input", (e) => { this.pause(); this.seek(Number(e.target.value)); });
@@ -127,7 +137,9 @@ class Player {
     const since = stage && stage.segments[0] ? stage.segments[0].first_frame : 0;
     if (this.viewer) this.viewer.show(this.frame, Math.min(since, this.frame));
     $("frame").value = this.frame;
-    $("frame").setAttribute("aria-valuetext", `step ${this.frame} of ${this.run.frames - 1}, stage ${k + 1}`);
+    const emd = this.known[this.frame], measured = emd === null ? "" : `, EMD ${mm(emd)} mm`;
+    $("frame").setAttribute("aria-valuetext",
+      `step ${this.frame} of ${this.run.frames - 1}, stage ${k + 1}${tool ? `, ${tool.name}` : ""}${measured}`);
     $("now").textContent = `${this.frame} / ${this.run.frames - 1} · stage ${k + 1}${tool ? ` · ${tool.name}` : ""}`;
     document.body.dataset.frame = this.frame;
     this.plots.forEach((plot) => plot.follow(this.frame));
@@ -136,12 +148,12 @@ class Player {
   }
 
   describe(tool) {
-    const emd = this.run.emd[this.frame], segment = this.segment(), action = this.run.actions[this.frame - 1];
-    $("emd-now").textContent = emd === null ? "" : mm(emd);
+    const emd = this.known[this.frame], segment = this.segment(), action = this.run.actions[this.frame - 1];
+    $("emd-now").textContent = emd === null ? "" : `${mm(emd)}${this.run.emd[this.frame] === null ? ", last measured" : ""}`;
     if (segment !== this.described) this.losses.draw();
     this.described = segment;
     const order = segment ? this.run.stages[this.stage()].segments.indexOf(segment) + 1 : 0;
-    $("loss-now").textContent = segment ? `stage ${this.stage() + 1}, segment ${order}` : "";
+    $("loss-now").textContent = segment ? `stage ${this.stage() + 1}, ${isSearch(this.run) ? "stroke" : "segment"} ${order}` : "";
     const names = tool ? tool.actions : [];
     $("action-now").replaceChildren(...names.map((name, c) => {
       const value = action && action[c] !== undefined ? ` ${action[c].toFixed(2)}` : "";
@@ -156,11 +168,18 @@ class Player {
     this.playing = true;
     $("play").textContent = "❚❚";
     $("play").setAttribute("aria-label", "Pause");
-    let before = performance.now(), exact = this.frame;
+    let before = performance.now(), exact = this.frame, slow = 0;
+    if (this.viewer) this.viewer.detail = this.detail;
     const tick = (time) => {
       if (!this.playing) return;
       exact += (time - before) / 1000 * Number($("speed").value);
+      // A slow machine plays in fewer pixels rather than in fewer pictures.
+      slow = Math.max(0, slow + (time - before > 21 ? 1 : -1));
       before = time;
+      if (slow > 12 && this.viewer && this.detail > 0.4) {
+        slow = 0;
+        this.viewer.detail = this.detail *= 0.75;
+      }
       if (Math.floor(exact) !== this.frame) this.seek(Math.floor(exact));
       if (this.frame >= this.run.frames - 1) return this.pause();
       requestAnimationFrame(tick);
@@ -170,6 +189,7 @@ class Player {
 
   pause() {
     this.playing = false;
+    if (this.viewer && this.viewer.detail !== 1) { this.viewer.detail = 1; this.viewer.invalidate(); }
     $("play").textContent = "▶";
     $("play").setAttribute("aria-label", "Play");
   }
@@ -184,15 +204,20 @@ class Player {
   key(e) {
     const typing = e.target.matches("select, input:not([type=range]), button, summary");
     if (e.ctrlKey || e.metaKey || e.altKey || (typing && e.key === " ") || e.target.matches("select")) return;
-    const step = e.shiftKey ? 10 : 1;
+    const step = e.shiftKey ? 10 : 1, pressed = e.key.length > 1 ? e.key : e.key.toLowerCase();
     const actions = {
       " ": () => this.toggle(), ArrowRight: () => this.seek(this.frame + step), ArrowLeft: () => this.seek(this.frame - step),
       Home: () => this.seek(0), End: () => this.seek(this.run.frames - 1), "]": () => this.jumpStage(1), "[": () => this.jumpStage(-1),
     };
-    if (!actions[e.key]) return;
+    const turn = e.shiftKey ? 0.4 : 0.1, view = this.viewer;
+    if (view) Object.assign(actions, {
+      a: () => view.orbit(-turn, 0), d: () => view.orbit(turn, 0), w: () => view.orbit(0, turn), s: () => view.orbit(0, -turn),
+      "+": () => view.zoom(0.9), "=": () => view.zoom(0.9), "-": () => view.zoom(1 / 0.9), 0: () => view.home(),
+    });
+    if (!actions[pressed]) return;
     e.preventDefault();
-    if (e.key !== " ") this.pause();
-    actions[e.key]();
+    if (pressed.length > 1 || pressed === "[" || pressed === "]") this.pause();
+    actions[pressed]();
   }
 }
 
@@ -209,7 +234,8 @@ function wireOptions(viewer, run) {
     viewer.invalidate();
   };
   $("color").addEventListener("change", recolor);
-  for (const what of ["tool", "target", "subgoal", "initial"]) {
+  $("show-reachable").disabled = !run.reachable.frames.length;
+  for (const what of ["tool", "target", "subgoal", "initial", "reachable"]) {
     $(`show-${what}`).addEventListener("change", (e) => { viewer.shown[what] = e.target.checked; viewer.invalidate(); });
   }
   $("style").addEventListener("change", (e) => { viewer.style = e.target.value; viewer.invalidate(); });
@@ -236,8 +262,7 @@ async function main() {
   fillParameters(run);
   let viewer = null;
   try {
-    const {frames, clouds} = unpack(await inflate($("frames").textContent), run);
-    viewer = new Viewer($("view"), run, frames, clouds);
+    viewer = new Viewer($("view"), run, unpack(await inflate($("frames").textContent), run));
     $("notice").textContent = "";
     wireOptions(viewer, run);
   } catch (error) {

@@ -35,7 +35,8 @@ class Plot {
     const [x0, x1] = span(c.x), [y0, y1] = span(c.y);
     this.toX = (v) => left + (v - x0) / (x1 - x0) * (right - left);
     const toY = (v) => bottom - (v - y0) / (y1 - y0) * (bottom - top);
-    const root = svg("svg", {viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": this.label});
+    const label = c.summary ? `${this.label}: ${c.summary}` : this.label;
+    const root = svg("svg", {viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label});
     for (const v of ticks(y0, y1, 4)) {
       root.append(svg("line", {x1: left, x2: right, y1: toY(v), y2: toY(v), stroke: "var(--grid)"}));
       root.append(svg("text", {x: left - 6, y: toY(v) + 4, "text-anchor": "end"}, short(v)));
@@ -50,9 +51,9 @@ class Plot {
       root.append(svg("line", {x1: this.toX(x), x2: this.toX(x), y1: top - 8, y2: bottom, stroke: "var(--line)", "stroke-dasharray": "3 3"}));
       root.append(svg("text", {x: this.toX(x) + 4, y: top - 4}, label));
     }
-    for (const {points, color, opacity} of c.lines) {
+    for (const {points, color, opacity, width} of c.lines) {
       const path = points.map(([x, y]) => `${this.toX(x).toFixed(1)},${toY(y).toFixed(1)}`).join(" ");
-      root.append(svg("polyline", {points: path, class: "line", stroke: color, opacity: opacity || 1}));
+      root.append(svg("polyline", {points: path, class: "line", stroke: color, opacity: opacity || 1, ...(width ? {style: `stroke-width: ${width}`} : {})}));
     }
     for (const {x, y, kind, title} of c.marks || []) root.append(this.mark(this.toX(x), toY(y), kind, title));
     if (this.seek) this.addCursor(root, {left, right, top, bottom, x0, x1});
@@ -63,6 +64,8 @@ class Plot {
   mark(x, y, kind, title) {
     const shape = kind === "reset"
       ? svg("path", {d: `M${x} ${y - 5}l-5 -9h10z`, fill: "var(--ink)"})
+      : kind === "measured"
+      ? svg("circle", {cx: x, cy: y, r: 3.5, fill: "var(--ink)"})
       : svg("path", {d: `M${x - 4} ${y - 4}l8 8m0 -8l-8 8`, stroke: "var(--bad)", "stroke-width": 2});
     shape.append(svg("title", {}, title));
     return shape;
@@ -100,8 +103,8 @@ function emdContent(run) {
   const lines = [], marks = [];
   run.stages.forEach((stage, k) => {
     const points = new Map();
+    const put = (frame, v) => { if (v !== null && !points.has(frame)) points.set(frame, 1e3 * v); };
     stage.segments.forEach((s, i) => {
-      const put = (frame, v) => { if (v !== null && !points.has(frame)) points.set(frame, 1e3 * v); };
       put(s.first_frame, s.emd_before);
       const at = [s.first_frame, 1e3 * (s.emd_before ?? 0)];
       if (isReset(s, i)) marks.push({x: at[0], y: at[1], kind: "reset", title: `reset before step ${at[0] + 1}`});
@@ -109,10 +112,14 @@ function emdContent(run) {
       for (let f = s.first_frame + 1; f < lastFrame(s); f++) put(f, run.emd[f]);
       put(lastFrame(s), s.emd_after);
     });
+    // After the last segment the dough settles, and is measured once more.
+    run.stage.forEach((of, f) => { if (of === k && f > 0 && run.emd[f] !== null) put(f, run.emd[f]); });
     lines.push({points: [...points].sort((a, b) => a[0] - b[0]), color: stageColor(k)});
   });
   const top = Math.max(1e-3, ...lines.flatMap((l) => l.points.map((p) => p[1])));
-  return {x: [0, run.frames - 1], y: [0, top * 1.12], xLabel: "step", lines, marks, rules: stageRules(run)};
+  const ends = lines.map(({points: p}, k) => (p.length ? `stage ${k + 1} from ${short(p[0][1])} to ${short(p[p.length - 1][1])} mm` : ""));
+  return {
+    summary: ends.filter(Boolean).join(", "), x: [0, run.frames - 1], y: [0, top * 1.12], xLabel: "step", lines, marks, rules: stageRules(run)};
 }
 
 function lossContent(run, current) {
@@ -125,6 +132,40 @@ function lossContent(run, current) {
   const longest = Math.max(2, ...all.map(({s}) => s.losses.length));
   const [low, high] = values.length ? [Math.min(...values), Math.max(...values)] : [0, 1];
   return {x: [0, longest - 1], y: [Math.min(0, low), high * 1.05 || 1], xLabel: "iteration", lines};
+}
+
+// Methods that search for strokes give what their objective was before, and what the best stroke promised.
+function isSearch(run) {
+  const segments = run.stages.flatMap((stage) => stage.segments);
+  return Boolean(run.search) && run.summary.method !== "paper" && segments.length > 0 && segments.every((s) => s.losses.length <= 2);
+}
+
+function searchContent(run, current) {
+  const strokes = run.stages.flatMap((stage, k) => stage.segments.map((s) => ({s, k})));
+  const lines = strokes.map(({s, k}, i) => ({
+    points: s.losses.filter((v) => v !== null).map((v) => [i + 1, 1e3 * v]),
+    color: stageColor(k), opacity: s === current ? 1 : 0.4, width: 7,
+  }));
+  const marks = strokes.flatMap(({s}, i) => (s.emd_after === null ? [] : [{
+    x: i + 1, y: 1e3 * s.emd_after, kind: s.accepted ? "measured" : "rejected",
+    title: `stroke ${i + 1}: EMD ${short(1e3 * s.emd_after)} mm, ${s.accepted ? "kept" : "not kept"}`,
+  }]));
+  const top = Math.max(1e-3, ...lines.flatMap((l) => l.points.map((p) => p[1])), ...marks.map((m) => m.y));
+  const kept = strokes.filter(({s}) => s.accepted).length;
+  return {
+    summary: `${strokes.length} strokes, ${kept} kept`,
+    x: [0, strokes.length + 1], y: [0, top * 1.1], xLabel: "stroke", lines, marks,
+  };
+}
+
+// The EMD at each frame, or where it was not measured the last one in the stage.
+function knownEmd(run) {
+  const known = run.emd.slice();
+  for (const stage of run.stages) for (const s of stage.segments) {
+    if (s.emd_before !== null) known[s.first_frame] ??= s.emd_before;
+  }
+  for (let f = 1; f < known.length; f++) if (known[f] === null && run.stage[f] === run.stage[f - 1]) known[f] = known[f - 1];
+  return known;
 }
 
 function actionContent(run) {

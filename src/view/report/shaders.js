@@ -90,6 +90,25 @@ const SHADERS = {
       color = vec4(tint.rgb, tint.a * (1.0 - 0.6 * r));
     }`],
 
+  // Ways of particles: paler where they begin.
+  ways: [`#version 300 es
+    precision highp float;
+    layout(location = 0) in float x;
+    layout(location = 1) in float y;
+    layout(location = 2) in float z;
+    uniform mat4 view, projection;
+    uniform vec3 low, size;
+    out float end;
+    void main() {
+      end = float(gl_VertexID & 1);
+      gl_Position = projection * view * vec4(low + size * vec3(x, y, z), 1.0);
+    }`, `#version 300 es
+    precision highp float;
+    uniform vec4 tint;
+    in float end;
+    out vec4 color;
+    void main() { color = vec4(tint.rgb, tint.a * mix(0.25, 1.0, end)); }`],
+
   // Tools: shaded triangles.
   mesh: [`#version 300 es
     precision highp float;

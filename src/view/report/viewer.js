@@ -1,14 +1,15 @@
 // The three-dimensional view: WebGL 2, drawn only when something changed.
 
 const HALF_VIEW = 0.26;
-const OVERLAYS = {target: [0.10, 0.62, 0.34, 0.5], subgoal: [0.13, 0.42, 0.86, 0.5], initial: [0.5, 0.5, 0.55, 0.4]};
+const OVERLAYS = {target: [0.10, 0.62, 0.34, 0.5], subgoal: [0.13, 0.42, 0.86, 0.5], initial: [0.5, 0.5, 0.55, 0.4],
+  reachable: [0.72, 0.16, 0.42, 0.75]};
 
 class Viewer {
-  // `run` is the report's data, `frames` and `clouds` are arrays of Uint16Array (all x, all y, all z).
-  constructor(canvas, run, frames, clouds) {
+  // `run` is the report's data; `frames`, `clouds` and `aims` are arrays of Uint16Array (all x, all y, all z).
+  constructor(canvas, run, {frames, clouds, aims}) {
     const gl = canvas.getContext("webgl2", {antialias: true, alpha: false});
     if (!gl) throw new Error("this browser has no WebGL 2, so the run cannot be shown in three dimensions");
-    Object.assign(this, {canvas, gl, run, frames, clouds, frame: 0, mode: 0, style: "body", shown: {tool: true}});
+    Object.assign(this, {canvas, gl, run, frames, clouds, aims, frame: 0, mode: 0, style: "body", shown: {tool: true}, detail: 1});
     this.programs = Object.fromEntries(Object.entries(SHADERS).map(([k, s]) => [k, this.program(...s)]));
     this.body = new Body(this);
     this.upload();
@@ -61,13 +62,14 @@ class Viewer {
     return buffer;
   }
 
-  // Attributes first, first + 1, first + 2: the three axes of a cloud as fractions of the box.
-  axes(buffer, count, first = 0) {
+  // Attributes first, first + 1, first + 2: the three axes of a cloud as fractions of the box; `every` and `from` pick
+  // points.
+  axes(buffer, count, first = 0, every = 1, from = 0) {
     const gl = this.gl;
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
     for (let a = 0; a < 3; a++) {
       gl.enableVertexAttribArray(first + a);
-      gl.vertexAttribPointer(first + a, 1, gl.UNSIGNED_SHORT, true, 0, 2 * a * count);
+      gl.vertexAttribPointer(first + a, 1, gl.UNSIGNED_SHORT, true, 2 * every, 2 * (a * count + from));
     }
   }
 
@@ -97,6 +99,12 @@ class Viewer {
     };
     this.dots = this.clouds.map(dots);
     this.initial = dots(this.frames[0]);
+    // Pairs of points: a particle, and where it should go.
+    const pairs = 2 * run.reachable.count;
+    this.pairs = new Uint16Array(3 * pairs);
+    this.pairsBuffer = this.buffer(this.pairs, gl.DYNAMIC_DRAW);
+    this.ways = this.array(() => this.axes(this.pairsBuffer, pairs));
+    this.ends = this.array(() => this.axes(this.pairsBuffer, pairs, 0, 2, 1));
     const corners = this.buffer(new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]));
     this.plane = this.array(() => {
       gl.bindBuffer(gl.ARRAY_BUFFER, corners);
@@ -252,7 +260,7 @@ class Viewer {
   }
 
   draw() {
-    const {gl, canvas, run} = this, ratio = Math.min(devicePixelRatio || 1, 2);
+    const {gl, canvas, run} = this, ratio = Math.min(devicePixelRatio || 1, 2) * this.detail;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((v) => Math.max(1, Math.round(v * ratio)));
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, {width, height});
     // On a narrow canvas the width has to hold what the height holds otherwise.
@@ -350,6 +358,26 @@ class Viewer {
       gl.bindVertexArray(cloud.array);
       gl.drawArrays(gl.POINTS, 0, cloud.count);
     }
+    if (this.shown.reachable) this.drawWays();
     gl.depthMask(true);
+  }
+
+  // Lines from particles to where the segment of this frame wants them, with dots at their ends.
+  drawWays() {
+    const {gl, run, frame} = this, {count, every} = run.reachable, aim = this.aims[run.reachable.frames.findLastIndex((f) => f <= frame)];
+    if (!aim) return;
+    const now = this.frames[frame];
+    for (let a = 0; a < 3; a++) for (let j = 0; j < count; j++) {
+      this.pairs[2 * (a * count + j)] = now[a * run.particles + j * every];
+      this.pairs[2 * (a * count + j) + 1] = aim[a * count + j];
+    }
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.pairsBuffer);
+    gl.bufferSubData(gl.ARRAY_BUFFER, 0, this.pairs);
+    this.use("ways", {tint: OVERLAYS.reachable});
+    gl.bindVertexArray(this.ways);
+    gl.drawArrays(gl.LINES, 0, 2 * count);
+    this.use("dots", {radius: 0.3 * run.spacing, tint: OVERLAYS.reachable});
+    gl.bindVertexArray(this.ends);
+    gl.drawArrays(gl.POINTS, 0, count);
   }
 }

@@ -1,0 +1,28 @@
+//! `donut completions`: what a shell needs to complete donut's command line.
+//!
+//! A shell's name comes in; its script goes to standard output. Imports the command line itself.
+
+use std::io::Write;
+
+use anyhow::Result;
+use clap::{Args, CommandFactory};
+use clap_complete::{Shell, generate};
+
+/// Prints a shell's completions for donut.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    donut completions bash > ~/.local/share/bash-completion/completions/donut\n  \
+    donut completions zsh > ~/.zfunc/_donut          with ~/.zfunc in your fpath\n  \
+    donut completions fish > ~/.config/fish/completions/donut.fish")]
+pub struct CompletionsArgs {
+    /// The shell.
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Prints the script.
+pub fn run(args: &CompletionsArgs) -> Result<()> {
+    let mut script = Vec::new();
+    generate(args.shell, &mut super::Cli::command(), "donut", &mut script);
+    Ok(std::io::stdout().write_all(&script)?)
+}
