@@ -36,6 +36,9 @@ const SAMPLES: usize = 400_000;
 const UNSEEN: u8 = 4;
 /// Bits of a channel that the choice of a palette's colour goes by.
 const BITS: u32 = 6;
+/// Every so often the palette's colours move to the mean of what they stand for (Lloyd's algorithm): the net that finds them
+/// does not reach the rarest colours.
+const REFINEMENTS: usize = 4;
 /// How much faster time passes where no tool is in use.
 const FREE_PACE: usize = 3;
 /// How long the first and the last picture stay, hundredths of a second.
@@ -146,16 +149,30 @@ impl Palette {
         let pixels = || pictures.iter().flat_map(|p| &p.pixels);
         let step = (pixels().count() / SAMPLES).max(1);
         let samples: Vec<u8> = pixels().step_by(step).flat_map(|&[r, g, b]| [r, g, b, 255]).collect();
-        let net = NeuQuant::new(3, COLORS, &samples);
-        let mut colors = net.color_map_rgb();
+        let mut colors = NeuQuant::new(3, COLORS, &samples).color_map_rgb();
         colors.resize(3 * 256, 0);
+        for _ in 0..REFINEMENTS {
+            let palette = Self::of_colors(colors.clone());
+            let mut sums = vec![[0u64; 4]; COLORS];
+            for &[r, g, b, _] in samples.as_chunks().0 {
+                let sum = &mut sums[usize::from(palette.of([r, g, b]))];
+                [r, g, b, 1].into_iter().zip(sum).for_each(|(v, sum)| *sum += u64::from(v));
+            }
+            for (color, [r, g, b, count]) in colors.as_chunks_mut::<3>().0.iter_mut().zip(sums) {
+                if count > 0 {
+                    *color = [r, g, b].map(|sum| (sum / count) as u8);
+                }
+            }
+        }
+        Self::of_colors(colors)
+    }
+
+    /// Finds for every colour the nearest of these.
+    fn of_colors(colors: Vec<u8>) -> Self {
         let channel = |bin: usize| ((bin << (8 - BITS)) | (1 << (7 - BITS))) as u8;
         let mask = (1 << BITS) - 1;
         let index = (0..1usize << (3 * BITS))
-            .map(|bin| {
-                let color = [bin >> (2 * BITS), bin >> BITS & mask, bin & mask].map(channel);
-                nearest(&colors, color)
-            })
+            .map(|bin| nearest(&colors, [bin >> (2 * BITS), bin >> BITS & mask, bin & mask].map(channel)))
             .collect();
         Self { colors, index }
     }
@@ -194,7 +211,7 @@ impl Palette {
     }
 }
 
-/// The palette's entry that is nearest to a colour. The net's own search is quicker and misses it at times.
+/// The palette's entry that is nearest to a colour.
 fn nearest(colors: &[u8], color: [u8; 3]) -> u8 {
     let entries = colors.as_chunks::<3>().0[..COLORS].iter().zip(0..);
     let squared =
