@@ -12,15 +12,14 @@ use donut::emd::reach::{Method, next_reachable};
 use donut::math::cloud::Point;
 use donut::plan::losses::{Aim, Goal, evaluate};
 use donut::sim::block::{AXES, load_axes, load_m3, store_axes, store_m3};
-use donut::sim::constitutive::{trial, trial_adj, update, update_adj};
+use donut::sim::constitutive::{trial, trial_adj, update, update_adj, update_in};
 use donut::sim::contact::{Contact, contacts};
 use donut::sim::g2p::{GridToParticles, GridToParticlesAdj};
 use donut::sim::grid::GridUpdate;
-use donut::sim::lanes::{Kernel, Lanes, M3, Real, splat_m3};
+use donut::sim::lanes::{Kernel, Lanes, M3, Real};
 use donut::sim::layout::Layout;
 use donut::sim::p2g::{ParticlesToGrid, ParticlesToGridAdj};
 use donut::sim::particles::{BLOCK, C, F, Packed};
-use donut::sim::spectral::eigenvectors;
 use donut::sim::transfer::NODE;
 use donut::sim::{Options, Params, ParticleState, SimdLevel, Simulator, Tool, ToolPose};
 use donut::task::load_scene;
@@ -202,22 +201,15 @@ impl Kernel<f32> for Constitutive<'_> {
 
     #[inline(always)]
     fn run<L: Lanes<Real = f32>>(self) {
-        let blocks = self.state.as_chunks::<BLOCK>().0.chunks(2);
-        let next = self.next.as_chunks_mut::<BLOCK>().0.chunks_mut(2);
-        let axes = self.axes.as_chunks_mut::<AXES>().0.chunks_mut(2);
-        for ((blocks, next), axes) in blocks.zip(next).zip(axes) {
-            let mut trials = [splat_m3::<L>(0.0); 2];
-            for (h, block) in trials.iter_mut().zip(blocks) {
-                *h = trial(self.params.dt, &load_m3(block, C), &load_m3(block, F));
-            }
-            let turns = eigenvectors(&trials);
-            for (((h, u), next), axes) in trials.iter().zip(&turns).zip(next).zip(axes) {
-                let up = update(self.params, *h, *u);
-                store_m3(next, F, &up.h_new);
-                store_axes(axes, u);
-                up.tau[0][0].store(self.stress);
-                up.tau[1][2].store(self.stress);
-            }
+        let blocks = self.state.as_chunks::<BLOCK>().0;
+        let next = self.next.as_chunks_mut::<BLOCK>().0;
+        let axes = self.axes.as_chunks_mut::<AXES>().0;
+        for ((block, next), axes) in blocks.iter().zip(next).zip(axes) {
+            let up = update(self.params, trial(self.params.dt, &load_m3(block, C), &load_m3(block, F)));
+            store_m3::<L>(next, F, &up.h_new);
+            store_axes(axes, &up.spectrum.u);
+            up.tau[0][0].store(self.stress);
+            up.tau[1][2].store(self.stress);
         }
     }
 }
@@ -239,7 +231,7 @@ impl Kernel<f32> for ConstitutiveAdj<'_> {
         let axes = self.axes.as_chunks::<AXES>().0;
         for ((block, axes), adj) in blocks.zip(axes).zip(self.adj.as_chunks_mut::<BLOCK>().0) {
             let (c, h): (M3<L>, M3<L>) = (load_m3(block, C), load_m3(block, F));
-            let up = update(self.params, trial(self.params.dt, &c, &h), load_axes(axes));
+            let up = update_in(self.params, trial(self.params.dt, &c, &h), load_axes(axes));
             // Any numbers do for the stress's adjoint.
             let f_trial_adj = update_adj(self.params, &up, &load_m3(adj, F), &load_m3(adj, C));
             let (c_adj, f_adj) = trial_adj(self.params.dt, &c, &h, &f_trial_adj);

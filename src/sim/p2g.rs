@@ -22,17 +22,13 @@
 //! are wrong by as much as dough moves across cells.
 
 use super::block::{AXES, load_anchors, load_axes, load_m3, load3, store_axes, store_m3, store3};
-use super::constitutive::{inverted, trial, trial_adj, update, update_adj};
+use super::constitutive::{inverted, trial, trial_adj, update, update_adj, update_in};
 use super::kernel::{ParticleRows, no_rows, to_lanes, to_particles, weights};
 use super::lanes::{Kernel, LANES, Lanes, M3, Real, prefetch, splat_m3};
 use super::layout::{Layout, Part};
 use super::params::Params;
 use super::particles::{ANCHORS, BLOCK, C, F, V, X};
-use super::spectral::eigenvectors;
 use super::transfer::{Gather, Scatter};
-
-/// Blocks whose eigenvectors are found together.
-const TOGETHER: usize = 2;
 
 /// How a part's P2G ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,21 +121,14 @@ impl<T: Real> Kernel<T> for ParticlesToGrid<'_, T> {
         let next = self.next.as_chunks_mut::<BLOCK>().0;
         let axes = self.axes.as_chunks_mut::<AXES>().0;
         let (mut w, mut q) = (no_rows(), no_rows());
-        let mut trials = [splat_m3::<L>(0.0); TOGETHER];
-        let mut turns = trials;
         for (k, (((block, anchors), next), axes)) in
             blocks.iter().zip(anchors).zip(next).zip(axes).enumerate()
         {
             let b = self.part.blocks.start + k;
             let count = particles_in(self.layout, b);
-            if k % TOGETHER == 0 {
-                for (trial_of, block) in trials.iter_mut().zip(&blocks[k..]) {
-                    *trial_of = trial(params.dt, &load_m3(block, C), &load_m3(block, F));
-                }
-                turns = eigenvectors(&trials);
-            }
-            let (x, v, c) = (load3::<L>(block, X), load3::<L>(block, V), load_m3::<L>(block, C));
-            let up = update(params, trials[k % TOGETHER], turns[k % TOGETHER]);
+            let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
+            let (c, h) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
+            let up = update(params, trial(params.dt, &c, &h));
             let bad = inverted(&up.h_trial);
             if bad != 0 && bad.trailing_zeros() < count as u32 {
                 return Outcome::BadDeformation { slot: b * LANES + bad.trailing_zeros() as usize };
@@ -198,7 +187,7 @@ impl<T: Real> Kernel<T> for ParticlesToGridAdj<'_, T> {
             prefetch(all_axes.get(k + 1).map_or(&[], |soon| &soon[..]));
             let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
             let (c, h) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
-            let up = update(params, trial(params.dt, &c, &h), load_axes(axes));
+            let up = update_in(params, trial(params.dt, &c, &h), load_axes(axes));
             let a = affine(params, &up.tau, &c);
             let offset = weights(params.nodes, &load_anchors(anchors), &x, &mut rows.w);
             contribution(mass, &v, &a, &offset, &mut rows.q);

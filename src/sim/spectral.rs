@@ -69,20 +69,16 @@ fn strain<L: Lanes>(h: &M3<L>) -> M3<L> {
 }
 
 /// The eigenvectors of `b = F F^T`, F = I + H, as columns, a rotation, by cyclic Jacobi rotations (Golub and Van
-/// Loan, section 8.5); for N blocks together. A rotation waits for two roots and a quotient, one after the other:
-/// while one block's are under way, the next block's begin. The result does not depend on N.
+/// Loan, section 8.5).
 #[inline(always)]
-pub fn eigenvectors<L: Lanes, const N: usize>(h: &[M3<L>; N]) -> [M3<L>; N] {
-    let mut a = *h;
-    for (a, h) in a.iter_mut().zip(h) {
-        *a = strain(h);
-    }
-    let mut u = [identity::<L>(); N];
+pub fn eigenvectors<L: Lanes>(h: &M3<L>) -> M3<L> {
+    let mut a = strain(h);
+    let mut u = identity::<L>();
     let sweeps = if size_of::<L::Real>() == 4 { SWEEPS.0 } else { SWEEPS.1 };
     for _ in 0..sweeps {
-        rotate_all(&mut a, &mut u, 0, 1, 2);
-        rotate_all(&mut a, &mut u, 0, 2, 1);
-        rotate_all(&mut a, &mut u, 1, 2, 0);
+        rotate(&mut a, &mut u, 0, 1, 2);
+        rotate(&mut a, &mut u, 0, 2, 1);
+        rotate(&mut a, &mut u, 1, 2, 0);
     }
     u
 }
@@ -107,20 +103,6 @@ pub fn spectrum<L: Lanes>(h: &M3<L>, u: M3<L>) -> Spectrum<L> {
         }
     }
     Spectrum { u, turned, elongation, log }
-}
-
-/// [`rotate`] for each block. The indices are constants at each call, so that matrices stay in registers.
-#[inline(always)]
-fn rotate_all<L: Lanes, const N: usize>(
-    a: &mut [M3<L>; N],
-    u: &mut [M3<L>; N],
-    p: usize,
-    q: usize,
-    r: usize,
-) {
-    for (a, u) in a.iter_mut().zip(u) {
-        rotate(a, u, p, q, r);
-    }
 }
 
 /// One Jacobi rotation that zeroes entry (p, q), p < q, of the symmetric `a`; `r` is the third index. Only
