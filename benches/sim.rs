@@ -1,7 +1,8 @@
 //! Times of the simulator and of a gradient iteration: `cargo bench --bench sim [FILTER]`.
 //!
 //! `iteration` is what Algorithm 1 does J times for a segment: 40 control steps, the loss, and the gradient by the
-//! actions. `operation` is one substep taken apart, on one thread, each operation with its adjoint. 5000 particles
+//! actions. `operation` is one substep taken apart, on one thread, each operation with its adjoint: P2G with and the
+//! constitutive update (stress and return mapping) without its scatter, the grid without and with contact, G2P. 5000 particles
 //! pressed by a rolling pin. Set DONUT_THREADS for the iteration's threads. Imports the library.
 
 use std::time::Duration;
@@ -10,14 +11,15 @@ use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use donut::emd::reach::{Method, next_reachable};
 use donut::math::cloud::Point;
 use donut::plan::losses::{Aim, Goal, evaluate};
-use donut::sim::block::AXES;
+use donut::sim::block::{AXES, load_axes, load_m3, store_axes, store_m3};
+use donut::sim::constitutive::{trial, trial_adj, update, update_adj, update_in};
 use donut::sim::contact::{Contact, contacts};
 use donut::sim::g2p::{GridToParticles, GridToParticlesAdj};
 use donut::sim::grid::GridUpdate;
-use donut::sim::lanes::Real;
+use donut::sim::lanes::{Kernel, Lanes, M3, Real};
 use donut::sim::layout::Layout;
 use donut::sim::p2g::{ParticlesToGrid, ParticlesToGridAdj};
-use donut::sim::particles::{BLOCK, Packed};
+use donut::sim::particles::{BLOCK, C, F, Packed};
 use donut::sim::transfer::NODE;
 use donut::sim::{Options, Params, ParticleState, SimdLevel, Simulator, Tool, ToolPose};
 use donut::task::load_scene;
@@ -184,6 +186,85 @@ impl Middle {
     }
 }
 
+/// The constitutive update of all particles, without the scatter that shares a kernel with it.
+struct Constitutive<'a> {
+    params: &'a Params,
+    state: &'a [f32],
+    next: &'a mut [f32],
+    axes: &'a mut [f32],
+    /// Where a part of the stress goes, so that it is computed.
+    stress: &'a mut [f32],
+}
+
+impl Kernel<f32> for Constitutive<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes<Real = f32>>(self) {
+        let blocks = self.state.as_chunks::<BLOCK>().0;
+        let next = self.next.as_chunks_mut::<BLOCK>().0;
+        let axes = self.axes.as_chunks_mut::<AXES>().0;
+        for ((block, next), axes) in blocks.iter().zip(next).zip(axes) {
+            let up = update(self.params, trial(self.params.dt, &load_m3(block, C), &load_m3(block, F)));
+            store_m3::<L>(next, F, &up.h_new);
+            store_axes(axes, &up.spectrum.u);
+            up.tau[0][0].store(self.stress);
+            up.tau[1][2].store(self.stress);
+        }
+    }
+}
+
+/// Adjoint of [`Constitutive`].
+struct ConstitutiveAdj<'a> {
+    params: &'a Params,
+    state: &'a [f32],
+    axes: &'a [f32],
+    adj: &'a mut [f32],
+}
+
+impl Kernel<f32> for ConstitutiveAdj<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes<Real = f32>>(self) {
+        let blocks = self.state.as_chunks::<BLOCK>().0.iter();
+        let axes = self.axes.as_chunks::<AXES>().0;
+        for ((block, axes), adj) in blocks.zip(axes).zip(self.adj.as_chunks_mut::<BLOCK>().0) {
+            let (c, h): (M3<L>, M3<L>) = (load_m3(block, C), load_m3(block, F));
+            let up = update_in(self.params, trial(self.params.dt, &c, &h), load_axes(axes));
+            // Any numbers do for the stress's adjoint.
+            let f_trial_adj = update_adj(self.params, &up, &load_m3(adj, F), &load_m3(adj, C));
+            let (c_adj, f_adj) = trial_adj(self.params.dt, &c, &h, &f_trial_adj);
+            store_m3(adj, C, &c_adj);
+            store_m3(adj, F, &f_adj);
+        }
+    }
+}
+
+fn constitutive(criterion: &mut Criterion) {
+    let m = Middle::new();
+    let (params, state) = (&m.w.params, &m.sorted.fields[..]);
+    let (mut next, mut stress) = (vec![0.0; state.len()], [0.0; 16]);
+    let mut axes = vec![0.0; state.len() / BLOCK * AXES];
+    let mut group = criterion.benchmark_group("operation");
+    group.bench_function("constitutive", |b| {
+        b.iter(|| {
+            let (next, axes, stress) = (&mut next[..], &mut axes[..], &mut stress[..]);
+            f32::dispatch(m.simd, Constitutive { params, state, next, axes, stress });
+        });
+    });
+    let ones = vec![1e-3; state.len()];
+    group.bench_function("constitutive_adj", |b| {
+        let axes = &axes[..];
+        b.iter_batched_ref(
+            || ones.clone(),
+            |adj| f32::dispatch(m.simd, ConstitutiveAdj { params, state, axes, adj }),
+            BatchSize::LargeInput,
+        );
+    });
+    group.finish();
+}
+
 fn operation(criterion: &mut Criterion) {
     let m = Middle::new();
     let blocks = m.sorted.fields.len() / BLOCK;
@@ -230,6 +311,6 @@ criterion_group! {
         .sample_size(10)
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(5));
-    targets = operation, iteration
+    targets = constitutive, operation, iteration
 }
 criterion_main!(sim);

@@ -7,6 +7,7 @@
 mod ask;
 mod bench;
 mod bench_emd;
+mod bench_sim;
 mod check;
 mod completions;
 mod emd;
@@ -14,6 +15,7 @@ mod engine;
 mod eval;
 mod gradcheck;
 mod log;
+mod memory;
 mod new_task;
 mod overrides;
 mod pieces_table;

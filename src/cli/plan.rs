@@ -14,6 +14,7 @@ use tracing::{debug, warn};
 
 use super::ask::{AskArgs, quoted};
 use super::engine::Engine;
+use super::memory::MemoryArgs;
 use super::overrides::OverrideArgs;
 use super::progress::ProgressLine;
 use super::record::{RunInputs, record};
@@ -78,6 +79,8 @@ pub struct PlanArgs {
     /// every machine; the others give the same bits as one another.
     #[arg(long, value_enum)]
     simd: Option<SimdLevel>,
+    #[command(flatten)]
+    memory: MemoryArgs,
     // The last one: its heading holds for all that follow.
     #[command(flatten)]
     asking: AskArgs,
@@ -128,7 +131,12 @@ impl PlanArgs {
         let simd = self.simd.unwrap_or_else(SimdLevel::best);
         ensure!(simd.is_available(), "this machine has no {simd:?} instructions; leave --simd away");
         let all = || std::thread::available_parallelism().map_or(1, usize::from);
-        Ok(Options { threads: self.threads.map_or_else(all, usize::from), simd, ..Options::default() })
+        Ok(Options {
+            threads: self.threads.map_or_else(all, usize::from),
+            simd,
+            memory_limit: self.memory.memory_limit,
+            ..Options::default()
+        })
     }
 
     /// The task with its stages, and the answer they came from if there is one.

@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 
+use super::memory::MemoryArgs;
 use super::warn_if_unstable;
 use crate::math::cloud::Point;
 use crate::sim::lanes::Real;
@@ -40,6 +41,8 @@ pub struct SimulateArgs {
     /// every machine; the others give the same bits as one another.
     #[arg(long, value_enum)]
     simd: Option<SimdLevel>,
+    #[command(flatten)]
+    memory: MemoryArgs,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -59,7 +62,12 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<ExitCode> {
     if !simd.is_available() {
         bail!("this machine has no {simd:?} instructions; leave --simd away");
     }
-    let options = Options { threads: args.threads.into(), simd, ..Options::default() };
+    let options = Options {
+        threads: args.threads.into(),
+        simd,
+        memory_limit: args.memory.memory_limit,
+        ..Options::default()
+    };
     let result = match args.precision {
         Precision::F32 => simulate::<f32>(&scene, options, args.gradient),
         Precision::F64 => simulate::<f64>(&scene, options, args.gradient),
