@@ -8,7 +8,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// `f32` or `f64`, with the few operations that the kernels need.
 ///
-/// None is reassociated, and none but [`Real::mul_add`] fused: a kernel without it gives the same bits
+/// No operation is reassociated, and none but [`Real::mul_add`] fused: a kernel without it gives the same bits
 /// with all instruction sets.
 pub trait Real:
     Copy

@@ -1,7 +1,7 @@
 //! Runs a kernel with the widest vector instructions that this processor has.
 //!
-//! A kernel is a value with a `run` method; it goes in, its result comes out. AVX2 and AVX-512 give the
-//! same bits; without vectors a kernel that fuses operations rounds otherwise. Imports nothing.
+//! A kernel is a value with a `run` method; it goes in, its result comes out. On a processor without
+//! fused multiply-add, a kernel that asks for it rounds otherwise. Imports nothing.
 
 /// A piece of numeric work. `run`, and all that it calls, must be `#[inline(always)]`: only what is
 /// inlined into the entry points below is compiled for their instruction sets.
