@@ -100,7 +100,7 @@ def main():
             def sinkhorn():
                 value = loss(u, v)
                 torch.autograd.grad(value, u)
-                return float(value)
+                return float(value.detach())
 
             report("sinkhorn", n, ours, best_of(sinkhorn), "GeomLoss")
 

@@ -142,7 +142,11 @@ fn exact(args: &EmdArgs, source: Measure, target: Measure) -> Result<Outcome> {
         return Ok(Outcome { value: found.mean_distance, method: "exact", iterations: 0, misplaced: None });
     }
     if args.matched.is_some() {
-        bail!("--match needs as many source as target points, no weights and --p 1");
+        let (n, m) = (source.points.len(), target.points.len());
+        bail!(
+            "--match needs as many source as target points, no weights and --p 1; these are {n} and {m} points: \
+             give equal clouds without weights, or leave out --match"
+        );
     }
     let found = transport(source, target, args.p)?;
     if !found.optimal {

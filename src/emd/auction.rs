@@ -71,7 +71,7 @@ impl Kernel for Auction<'_> {
     type Output = Auctioned;
 
     #[inline(always)]
-    fn run(self) -> Auctioned {
+    fn run<const FUSED: bool>(self) -> Auctioned {
         let n = self.rows.len();
         let Start { prices, hints } = self.start();
         let mut matching = Matching { slot_of: vec![NONE; n], owner: vec![NONE; n], prices };

@@ -41,7 +41,7 @@ impl Kernel for Finish<'_> {
     type Output = Vec<u32>;
 
     #[inline(always)]
-    fn run(self) -> Vec<u32> {
+    fn run<const FUSED: bool>(self) -> Vec<u32> {
         let n = self.rows.len();
         let matching = Matching { slot_of: vec![NONE; n], owner: vec![NONE; n], prices: self.prices };
         let mut state = Paths {

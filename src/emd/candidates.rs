@@ -213,7 +213,7 @@ impl<T: Real> Kernel for Renewal<'_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<const FUSED: bool>(self) {
         for (k, list) in self.lists.iter_mut().enumerate() {
             list.renew(self.targets, self.prices, self.rows.point(self.first_row + k));
         }
@@ -242,7 +242,7 @@ impl<T: Real> Kernel for LeastValues<'_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<const FUSED: bool>(self) {
         let mut least = Least { value: T::INFINITY, block: 0 };
         for (k, out) in self.out.iter_mut().enumerate() {
             // Rows that follow each other are neighbours: start where the last one ended.

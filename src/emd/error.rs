@@ -10,6 +10,9 @@ use crate::math::cloud::Point;
 /// Total weight may differ from 1 by this much.
 const WEIGHT_SUM_TOLERANCE: f64 = 1e-3;
 
+/// Coordinates reach this far at most, in any unit, so that their squares stay finite.
+const FARTHEST: f64 = 1e100;
+
 /// Why a distance cannot be computed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum EmdError {
@@ -17,6 +20,8 @@ pub enum EmdError {
     Empty,
     #[error("row {row} has a coordinate that is not finite; remove or repair that point")]
     NotFinite { row: usize },
+    #[error("row {row} has the coordinate {coordinate:e}; use a unit in which all are below 1e100")]
+    TooFar { row: usize, coordinate: f64 },
     #[error("there are {weights} weights for {points} points; give one weight per point")]
     WeightCount { weights: usize, points: usize },
     #[error("row {row} has the weight {weight}; weights must be finite and not negative")]
@@ -27,6 +32,14 @@ pub enum EmdError {
     Blur(f64),
     #[error("scaling is {0}; it must lie between 0 and 1, for example 0.5")]
     Scaling(f64),
+    #[error(
+        "scaling {scaling} leads through {count} temperatures, {most} are accepted; take a smaller scaling, for example 0.9"
+    )]
+    Temperatures { scaling: f64, count: usize, most: usize },
+    #[error(
+        "the iteration left the range of its floating-point type; take a blur nearer to the clouds' size, or f64"
+    )]
+    OutOfRange,
     #[error("diameter is {0}; it must be a positive length, or left out")]
     Diameter(f64),
     #[error("step length is {0}; it must be a finite length and not negative")]
@@ -61,6 +74,10 @@ impl<'a> Measure<'a> {
         }
         if let Some(row) = self.points.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
             return Err(EmdError::NotFinite { row });
+        }
+        if let Some(row) = self.points.iter().position(|p| p.iter().any(|v| v.abs() > FARTHEST)) {
+            let coordinate = self.points[row].into_iter().find(|v| v.abs() > FARTHEST).unwrap_or_default();
+            return Err(EmdError::TooFar { row, coordinate });
         }
         let Some(weights) = self.weights else { return Ok(()) };
         if weights.len() != self.points.len() {

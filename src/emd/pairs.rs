@@ -145,7 +145,7 @@ impl<T: Real, C: Cost<T>> Kernel for Tiles<'_, '_, T, C> {
     type Output = ();
 
     #[inline(always)]
-    fn run(mut self) {
+    fn run<const FUSED: bool>(mut self) {
         let Pairs { x, y, same, cost, eps } = *self.pairs;
         let limit = -(T::NEGLIGIBLE + T::of(NEGLIGIBLE_GAIN)) * eps * T::of(std::f64::consts::LN_2);
         let blocks = self.weights[1].len();
@@ -157,7 +157,7 @@ impl<T: Real, C: Cost<T>> Kernel for Tiles<'_, '_, T, C> {
                 for (k, &bound) in bounds.iter().enumerate() {
                     let column = group * GROUP + k;
                     if bound < limit && column >= first && column < blocks {
-                        self.tile(row, column, &mut rows);
+                        self.tile::<FUSED>(row, column, &mut rows);
                     }
                 }
             }
@@ -169,24 +169,32 @@ impl<T: Real, C: Cost<T>> Kernel for Tiles<'_, '_, T, C> {
 impl<T: Real, C: Cost<T>> Tiles<'_, '_, T, C> {
     /// Adds the terms of one tile to the sums of its rows, per lane, and of its columns.
     #[inline(always)]
-    fn tile(&mut self, row: usize, column: usize, rows: &mut [[T; BLOCK]; BLOCK]) {
+    fn tile<const FUSED: bool>(&mut self, row: usize, column: usize, rows: &mut [[T; BLOCK]; BLOCK]) {
         let Pairs { x, y, same, cost, eps } = *self.pairs;
         let rate = T::of(std::f64::consts::LOG2_E) / eps;
+        let fall = -rate;
         let (least, most) = (T::NEGLIGIBLE + T::of(NEGLIGIBLE_GAIN), T::of(LARGEST_EXPONENT));
         let (price, weight) = (self.prices[1].block(column), &self.weights[1][column]);
         let (row_price, row_weight) = (self.prices[0].block(row), &self.weights[0][row]);
         // On the diagonal the columns are rows as well.
         let mirror = if same && row == column { T::ZERO } else { T::ONE };
         let mut columns = self.sums.columns[column];
+        // Per column and per row, so that the loop below has nothing of this left to do.
+        let (mut gain, mut row_gain, mut row_weight) = (*price, *row_price, *row_weight);
+        for k in 0..BLOCK {
+            gain[k] = gain[k] * fall;
+            row_gain[k] = row_gain[k] * fall;
+            row_weight[k] = row_weight[k] * mirror;
+        }
         for i in 0..BLOCK {
             let d = y.cloud.offsets(x.cloud.point(row * BLOCK + i), column);
-            let (own, own_weight) = (row_price[i], row_weight[i] * mirror);
             for k in 0..BLOCK {
-                let value =
-                    cost.at(d[0][k] * d[0][k] + d[1][k] * d[1][k] + d[2][k] * d[2][k]) + price[k] + own;
-                let e = (-value * rate).most(least).least(most).exp2();
-                rows[i][k] += weight[k] * e;
-                columns[k] += own_weight * e;
+                let d2 =
+                    d[0][k].mul_add::<FUSED>(d[0][k], d[1][k].mul_add::<FUSED>(d[1][k], d[2][k] * d[2][k]));
+                let exponent = cost.at(d2).mul_add::<FUSED>(fall, gain[k] + row_gain[i]);
+                let e = exponent.most(least).least(most).exp2::<FUSED>();
+                rows[i][k] = weight[k].mul_add::<FUSED>(e, rows[i][k]);
+                columns[k] = row_weight[i].mul_add::<FUSED>(e, columns[k]);
             }
         }
         self.sums.columns[column] = columns;

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use super::error::EmdError;
 
+/// Most temperatures that are accepted: a scaling of 0.9999 for a diameter of 10000 times the blur.
+const MOST_TEMPERATURES: usize = 100_000;
+
 /// The exponent of the ground cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Power {
@@ -69,11 +72,25 @@ impl Settings {
     /// from its own exponent, so that no rounding adds up.
     pub fn temperatures(&self, diameter: f64) -> Vec<f64> {
         let p = f64::from(self.power.exponent());
-        let (first, last, step) = (p * diameter.ln(), p * self.blur.ln(), p * self.scaling.ln());
-        let count = ((last - first) / step).ceil().max(0.0) as usize;
+        let (first, step) = (p * diameter.ln(), p * self.scaling.ln());
+        let count = self.steps_down(diameter);
         let between = (0..count).map(|i| (first + i as f64 * step).exp());
         let ends = [diameter, self.blur].map(|length| length.powi(self.power.exponent()));
         std::iter::once(ends[0]).chain(between).chain(std::iter::once(ends[1])).collect()
+    }
+
+    /// Temperatures from `diameter^p` down, without the two at the ends.
+    fn steps_down(&self, diameter: f64) -> usize {
+        let p = f64::from(self.power.exponent());
+        let (first, last, step) = (p * diameter.ln(), p * self.blur.ln(), p * self.scaling.ln());
+        ((last - first) / step).ceil().max(0.0) as usize
+    }
+
+    /// Refuses a scaling so near to 1 that the iteration would not end in a reasonable time.
+    pub fn check_count(&self, diameter: f64) -> Result<(), EmdError> {
+        let (scaling, count) = (self.scaling, self.steps_down(diameter));
+        let most = MOST_TEMPERATURES;
+        if count > most { Err(EmdError::Temperatures { scaling, count, most }) } else { Ok(()) }
     }
 }
 

@@ -20,6 +20,8 @@ const DISTANCE_CLAMP: f64 = 1e-8;
 const LOG_OF_ZERO: f64 = -1e5;
 /// A transport plan counts as converged if no more than this part of the mass is misplaced.
 const CONVERGED: f64 = 1e-2;
+/// The marginal error of a plan that brings all mass to wrong targets.
+const WHOLLY_MISPLACED: f64 = 2.0;
 
 /// A Sinkhorn divergence and what came with it.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,8 +47,8 @@ pub struct Divergence {
 /// The Sinkhorn divergence of `source` from `target`, computed in `T`.
 ///
 /// # Errors
-/// If a cloud is empty or not finite, weights are negative or do not sum to 1, or a setting is out of
-/// its range.
+/// If a cloud is empty or not finite, weights are negative or do not sum to 1, a setting is out of its
+/// range, or diameter and blur are so many orders of magnitude apart that `T` cannot hold what comes out.
 pub fn divergence<T: Real>(
     source: Measure,
     target: Measure,
@@ -66,11 +68,12 @@ pub fn divergence<T: Real>(
             converged: true,
         });
     };
+    settings.check_count(diameter)?;
     let unit = if diagonal > 0.0 { diagonal } else { 1.0 };
     let temperatures = settings.temperatures(diameter);
     let same = source.points == target.points && source.weights == target.weights;
     let clouds = [Side::<T>::new(&x, source), Side::new(&y, target)];
-    Ok(match settings.power {
+    let found = match settings.power {
         Power::One => {
             let cost = ClampedDistance { clamp: T::of(DISTANCE_CLAMP / (unit * unit)) };
             Problem { clouds, cost, debias: settings.debias, same, unit, p: 1 }
@@ -78,7 +81,9 @@ pub fn divergence<T: Real>(
         }
         Power::Two => Problem { clouds, cost: HalfSquare, debias: settings.debias, same, unit, p: 2 }
             .solve(source.points, &temperatures),
-    })
+    };
+    let is_finite = found.value.is_finite() && found.gradient.iter().flatten().all(|v| v.is_finite());
+    if is_finite { Ok(found) } else { Err(EmdError::OutOfRange) }
 }
 
 /// A packed measure. All numbers are in the packed order.
@@ -219,7 +224,10 @@ impl<T: Real, C: Cost<T>> Problem<T, C> {
         let [x, y] = &self.clouds;
         let next = self.pass(eps, y, x, &x.with(&end.f_ba).prices(eps)).soft_minima();
         let columns = before.g_ab.iter().zip(&next).zip(&y.weights);
-        columns.map(|((&g, &next), &b)| b * (((g - next) / eps).wide().exp() - 1.0).abs()).sum()
+        let misplaced =
+            |((&g, &next), &b): ((&T, &T), &f64)| b * (((g - next) / eps).wide().exp() - 1.0).abs();
+        // A column that rounding has sent far off, at a temperature near 0, may claim any amount of mass.
+        columns.map(misplaced).sum::<f64>().min(WHOLLY_MISPLACED)
     }
 }
 

@@ -70,11 +70,11 @@ pub struct Pull<T> {
 
 /// exp(-(value - least) / eps), per slot; 0 where it is negligible.
 #[inline(always)]
-fn weights<T: Real>(values: &[T; BLOCK], least: T, rate: T) -> [T; BLOCK] {
+fn weights<T: Real, const FUSED: bool>(values: &[T; BLOCK], least: T, rate: T) -> [T; BLOCK] {
     let mut weights = [T::ZERO; BLOCK];
     for k in 0..BLOCK {
         let exponent = ((least - values[k]) * rate).most(T::NEGLIGIBLE);
-        weights[k] = if exponent > T::NEGLIGIBLE { exponent.exp2() } else { T::ZERO };
+        weights[k] = if exponent > T::NEGLIGIBLE { exponent.exp2::<FUSED>() } else { T::ZERO };
     }
     weights
 }
@@ -96,7 +96,7 @@ impl<T: Real, C: Cost<T>> Kernel for SoftMinima<'_, T, C> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<const FUSED: bool>(self) {
         let Pass { rows, targets, prices, cost, eps } = self.pass;
         let rate = self.pass.rate();
         let mut gather = Gather {
@@ -112,7 +112,7 @@ impl<T: Real, C: Cost<T>> Kernel for SoftMinima<'_, T, C> {
             targets.scan(prices, cost, rows.point(self.first_row + k), gather.at, &mut gather);
             let mut sums = [T::ZERO; BLOCK];
             for values in &gather.kept {
-                let weights = weights(values, gather.least, rate);
+                let weights = weights::<T, FUSED>(values, gather.least, rate);
                 for k in 0..BLOCK {
                     sums[k] += weights[k];
                 }
@@ -157,11 +157,11 @@ impl<T: Real, C: Cost<T>> Kernel for Pulls<'_, T, C> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<const FUSED: bool>(self) {
         let Pass { rows, targets, prices, cost, .. } = self.pass;
         for (k, out) in self.out.iter_mut().enumerate() {
             let u = rows.point(self.first_row + k);
-            let mut sums = PullSums {
+            let mut sums = PullSums::<T, C, FUSED> {
                 targets,
                 cost,
                 u,
@@ -184,7 +184,7 @@ impl<T: Real, C: Cost<T>> Kernel for Pulls<'_, T, C> {
 }
 
 /// The sums of a [`Pull`], per lane.
-struct PullSums<'a, T, C> {
+struct PullSums<'a, T, C, const FUSED: bool> {
     targets: &'a Packed<T>,
     cost: C,
     u: [T; 3],
@@ -196,12 +196,12 @@ struct PullSums<'a, T, C> {
     offset: [[T; BLOCK]; 3],
 }
 
-impl<T: Real, C: Cost<T>> Visitor<T> for PullSums<'_, T, C> {
+impl<T: Real, C: Cost<T>, const FUSED: bool> Visitor<T> for PullSums<'_, T, C, FUSED> {
     #[inline(always)]
     fn visit(&mut self, block: usize, values: &[T; BLOCK]) -> T {
         let limit = self.minimum + self.negligible;
         if any_below(values, limit) {
-            let weights = weights(values, self.minimum, self.rate);
+            let weights = weights::<T, FUSED>(values, self.minimum, self.rate);
             let d = self.targets.offsets(self.u, block);
             for k in 0..BLOCK {
                 let d2 = d[0][k] * d[0][k] + d[1][k] * d[1][k] + d[2][k] * d[2][k];

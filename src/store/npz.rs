@@ -32,7 +32,8 @@ pub fn read_cloud(path: &Path) -> Result<Vec<Point>, StoreError> {
     let array = read_floats(path)?;
     let shape = array.shape().to_vec();
     let [_, 3] = shape[..] else {
-        let reason = format!("its shape is {shape:?}, but a cloud has the shape (n, 3)");
+        let remedy = if let [3, _] = shape[..] { "transpose it" } else { "give one point per row" };
+        let reason = format!("its shape is {shape:?}, but a cloud has the shape (n, 3); {remedy}");
         return Err(StoreError::Format { path: path.to_owned(), reason });
     };
     Ok(array.rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect())
@@ -42,7 +43,7 @@ pub fn read_cloud(path: &Path) -> Result<Vec<Point>, StoreError> {
 pub fn read_vector(path: &Path) -> Result<Vec<f64>, StoreError> {
     let array = read_floats(path)?;
     if array.ndim() != 1 {
-        let reason = format!("its shape is {:?}, not (n,)", array.shape());
+        let reason = format!("its shape is {:?}, not (n,); flatten it with array.ravel()", array.shape());
         return Err(StoreError::Format { path: path.to_owned(), reason });
     }
     Ok(array.iter().copied().collect())

@@ -127,12 +127,36 @@ fn float32_and_tables_work_and_what_did_not_converge_is_said() {
 }
 
 #[test]
+fn column_order_and_byte_order_change_nothing() {
+    let desk = Desk::new();
+    let (x, y) = (cube(30, 1), cube(40, 2));
+    desk.cloud("x.npy", &x);
+    desk.cloud("y.npy", &y);
+    let columns = Array2::from_shape_fn((3, x.len()), |(axis, i)| x[i][axis]);
+    write_npy(desk.path("columns.npy"), &columns.t()).unwrap();
+    let mut big = std::fs::read(desk.path("x.npy")).unwrap();
+    let header = big.len() - 24 * x.len();
+    let kind = big.windows(3).position(|w| w == b"<f8").unwrap();
+    big[kind] = b'>';
+    big[header..].chunks_exact_mut(8).for_each(<[u8]>::reverse);
+    std::fs::write(desk.path("big.npy"), big).unwrap();
+    for flags in ["", "--exact"] {
+        let expected = desk.json(&format!("x.npy y.npy {flags}"));
+        for file in ["columns.npy", "big.npy"] {
+            assert_eq!(desk.json(&format!("{file} y.npy {flags}"))["value"], expected["value"], "{file}");
+        }
+    }
+}
+
+#[test]
 fn bad_files_are_named() {
     let desk = Desk::new();
     desk.cloud("ok.npy", &cube(5, 1));
     desk.cloud("nan.npy", &[[0.0; 3], [0.0, f64::NAN, 0.0]]);
     desk.cloud("inf.npy", &[[f64::INFINITY, 0.0, 0.0]]);
     desk.cloud("empty.npy", &[]);
+    desk.cloud("far.npy", &[[0.0; 3], [0.0; 3], [0.0, 1e300, 0.0]]);
+    write_npy(desk.path("lying.npy"), &Array2::<f64>::zeros((3, 4))).unwrap();
     write_npy(desk.path("flat.npy"), &Array2::<f64>::zeros((4, 2))).unwrap();
     write_npy(desk.path("deep.npy"), &Array3::<f64>::zeros((4, 3, 3))).unwrap();
     write_npy(desk.path("int.npy"), &Array2::<i64>::zeros((4, 3))).unwrap();
@@ -141,6 +165,8 @@ fn bad_files_are_named() {
         ("nan.npy", "row 1"),
         ("inf.npy", "row 0"),
         ("empty.npy", "empty"),
+        ("far.npy", "row 2"),
+        ("lying.npy", "transpose"),
         ("flat.npy", "(n, 3)"),
         ("deep.npy", "(n, 3)"),
         ("int.npy", "float64"),
@@ -168,6 +194,10 @@ fn bad_weights_and_settings_are_refused() {
         ("--source-weights negative.npy", "row 1"),
         ("--source-weights heavy.npy", "sum to 2"),
         ("--source-weights square.npy", "(n,)"),
+        ("--source-weights square.npy", "ravel"),
+        ("--scaling 0.9999999999", "smaller scaling"),
+        ("--p 2 --blur 1e-200 --precision f32 --gradient g.npy", "blur"),
+        ("--exact --match m.npy", "4 and 5 points"),
         ("--blur 0", "blur"),
         ("--blur -1", "blur"),
         ("--blur nan", "blur"),

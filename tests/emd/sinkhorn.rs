@@ -2,7 +2,7 @@
 
 use donut::emd::schedule::{Power, Settings};
 use donut::emd::sinkhorn::{Divergence, divergence};
-use donut::emd::{Measure, Real};
+use donut::emd::{EmdError, Measure, Real};
 use donut::math::cloud::{Point, norm};
 
 use crate::clouds::{ball, cube, torus};
@@ -144,6 +144,26 @@ fn a_converged_gradient_is_that_of_the_value() {
             );
         }
     }
+}
+
+#[test]
+fn what_leaves_the_range_of_numbers_is_refused() {
+    let (x, y) = (cube(20, 1), cube(20, 2));
+    let of = |x: &[Point], settings: Settings| {
+        divergence::<f32>(Measure::uniform(x), Measure::uniform(&y), &settings)
+    };
+    let squared = Settings { power: Power::Two, blur: 1e-200, ..Settings::default() };
+    assert_eq!(of(&x, squared), Err(EmdError::OutOfRange));
+    let slow = of(&x, Settings { scaling: 1.0 - 1e-9, ..Settings::default() });
+    assert!(matches!(slow, Err(EmdError::Temperatures { .. })));
+    let far: Vec<Point> = x.iter().map(|p| p.map(|v| v * 1e300)).collect();
+    assert!(matches!(of(&far, Settings::default()), Err(EmdError::TooFar { .. })));
+    // So cold that rounding leaves a row no target, and a little warmer, where it sends columns far off:
+    // then the error of the marginals is still a number that means something.
+    let cold = |blur| of(&x, Settings { blur, ..Settings::default() });
+    assert_eq!(cold(1e-10), Err(EmdError::OutOfRange));
+    let cold = cold(3e-8).unwrap();
+    assert!(!cold.converged && cold.marginal_error <= 2.0, "{}", cold.marginal_error);
 }
 
 #[test]
