@@ -118,8 +118,6 @@ pub struct SearchSettings {
     pub length_exponent: f64,
     /// The best strokes that are tried with all particles.
     pub finalists: usize,
-    /// Generations of strokes near the best of these, with all particles.
-    pub polishing: usize,
     /// Gradient steps that refine the best stroke.
     pub gradient_steps: usize,
     /// Learning rate of these steps, on the knots.
@@ -159,9 +157,8 @@ impl SearchSettings {
             knots: 4,
             lengths: vec![10, 20, 40],
             length_exponent: 0.2,
-            finalists: 6,
-            polishing: 1,
-            gradient_steps: 12,
+            finalists: 4,
+            gradient_steps: 9,
             learning_rate: 0.05,
             beam: 3,
             lookahead: 2,

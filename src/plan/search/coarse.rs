@@ -2,7 +2,7 @@
 //!
 //! A stage's problem and the dough come in, a [`Coarse`] copy and its objective go out. Imports emd.
 
-use crate::emd::exact::assign;
+use crate::emd::exact::{assign, assign_within};
 use crate::math::cloud::{Bounds, Point, distance, sub};
 use crate::math::kd_tree::KdTree;
 use crate::math::neighbours::Neighbours;
@@ -29,7 +29,13 @@ pub struct Coarse {
     spacing: f64,
     /// How much more a particle counts that is farther than that from every point of the target.
     stray_weight: f64,
+    /// By how much the EMD may be missed, m.
+    tolerance: f64,
 }
+
+/// The tolerance of the EMD, as a part of the distance between points: strokes that differ by less are as good as each
+/// other, and a nearly optimal matching is found in a fraction of the time.
+const TOLERANCE: f64 = 0.01;
 
 impl Coarse {
     /// An even choice of about `count` of all particles, and of the target in proportion.
@@ -59,6 +65,7 @@ impl Coarse {
         let target: Vec<Point> =
             even_subset(problem.target, active.len()).into_iter().map(|k| problem.target[k]).collect();
         Self {
+            tolerance: if ids.len() < n { TOLERANCE * spacing(&target) } else { 0.0 },
             spacing: spacing(&target),
             stray_weight,
             state: state.select(&ids),
@@ -71,7 +78,7 @@ impl Coarse {
         }
     }
 
-    /// What a stage wants small, m: the exact EMD of the active dough to its target, with what strays from the
+    /// What a stage wants small, m: the EMD of the active dough to its target, with what strays from the
     /// target's neighbourhood counted so many times more, and the way that the other dough has gone; by
     /// their shares.
     pub fn objective(&self, x: &[Point]) -> f64 {
@@ -82,7 +89,7 @@ impl Coarse {
     /// that it may be held fixed (envelope theorem).
     pub fn objective_adj(&self, x: &[Point]) -> (f64, Vec<Point>) {
         let active: Vec<Point> = self.active.iter().map(|&i| x[i]).collect();
-        let matched = assign(&active, &self.target).target_of;
+        let matched = self.matched(&active);
         let share = 1.0 / x.len() as f64;
         let mut sum = 0.0;
         let mut adj = vec![[0.0; 3]; x.len()];
@@ -107,6 +114,15 @@ impl Coarse {
         (sum * share, adj)
     }
 
+    /// For each of the active dough's points the target point that it is matched with.
+    fn matched(&self, active: &[Point]) -> Vec<usize> {
+        let matching = match self.tolerance {
+            0.0 => assign(active, &self.target),
+            tolerance => assign_within(active, &self.target, tolerance),
+        };
+        matching.target_of
+    }
+
     /// [`Coarse::objective`] where the whole dough is at `x`.
     pub fn objective_of_all(&self, x: &[Point]) -> f64 {
         let own: Vec<Point> = self.ids.iter().map(|&i| x[i]).collect();
@@ -123,7 +139,7 @@ impl Coarse {
     /// For every particle the way that it should go, m: active ones to their match, others nowhere.
     pub fn motion(&self) -> Vec<Point> {
         let active: Vec<Point> = self.active.iter().map(|&i| self.state.x[i]).collect();
-        let matched = assign(&active, &self.target).target_of;
+        let matched = self.matched(&active);
         let mut motion = vec![[0.0; 3]; self.state.len()];
         for (&i, &t) in self.active.iter().zip(&matched) {
             motion[i] = sub(self.target[t], self.state.x[i]);
@@ -206,6 +222,7 @@ mod tests {
         let coarse = Coarse {
             spacing: spacing(&target),
             stray_weight: 2.0,
+            tolerance: 0.0,
             state: ParticleState::at_rest(x.clone()),
             active: (0..30).collect(),
             others: (30..40).collect(),

@@ -27,7 +27,7 @@ pub struct Tried {
 
 /// Standard deviations of the first generation that descends, and of the last.
 const WIDE: Spread = Spread { place: 0.015, yaw: 0.3, gap: 0.015, knot: 0.6, length: 0.3 };
-pub const NARROW: Spread = Spread { place: 0.003, yaw: 0.06, gap: 0.004, knot: 0.12, length: 0.1 };
+const NARROW: Spread = Spread { place: 0.003, yaw: 0.06, gap: 0.004, knot: 0.12, length: 0.1 };
 
 /// Free control steps that are run at once.
 const STRIDE: usize = 5;
@@ -107,7 +107,7 @@ impl<T: Real> Search<'_, T> {
         pool.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
         let mut kept: Vec<Tried> = Vec::new();
         for tried in pool {
-            let is_kin = |other: &&Tried| mean_distance(&other.end, &tried.end) < KIN * before;
+            let is_kin = |other: &&Tried| are_kin(&other.end, &tried.end, before);
             if kept.iter().filter(is_kin).count() < OF_A_KIND {
                 kept.push(tried);
             }
@@ -120,77 +120,100 @@ impl<T: Real> Search<'_, T> {
 
     /// The best of the strokes and of what gradient steps make of the first of them.
     pub fn refined(&mut self, mut pool: Vec<Tried>) -> Vec<Tried> {
-        let (s, tool, coarse) = (self.settings, self.tool, self.coarse);
-        let limit = self.gradient_memory;
-        let refined = self.batch.run(&pool[..pool.len().min(REFINED)], |sim, tried| {
-            sim.set_memory_limit(limit);
-            let path = descend(sim, tool, coarse, tried, s);
-            sim.set_memory_limit(0);
-            path
-        });
-        let strokes: Vec<Stroke> = refined.into_iter().flatten().collect();
-        pool.extend(self.try_all(&strokes));
-        self.fittest(pool)
+        for (count, steps) in
+            [(REFINED, self.settings.gradient_steps), (REFINED / 2, 2 * self.settings.gradient_steps)]
+        {
+            let (s, tool, rest, coarse) = (self.settings, self.tool, self.rest, self.coarse);
+            let (limit, lowered) = (self.gradient_memory, self.lowered);
+            let refined = self.batch.run(&pool[..pool.len().min(count)], |sim, tried| {
+                sim.set_memory_limit(limit);
+                let path =
+                    Descent { tool, rest, coarse, lowered, rate: s.learning_rate }.run(sim, tried, steps);
+                sim.set_memory_limit(0);
+                path
+            });
+            let strokes: Vec<Stroke> = refined.into_iter().flatten().collect();
+            pool.extend(self.try_all(&strokes));
+            pool = self.fittest(pool);
+        }
+        pool
     }
 
-    /// Those of the strokes that can be carried out, with what they lead to.
+    /// Those of the strokes that can be carried out and promise most, with what they lead to.
+    ///
+    /// Half of the time would go into dough that comes to rest after strokes that nobody wants: only the better half of
+    /// the strokes, judged by the dough as the tool leaves it, is followed to its end.
     fn try_all(&mut self, strokes: &[Stroke]) -> Vec<Tried> {
         let (lowered, rest, tool, coarse) = (self.lowered, self.rest, self.tool, self.coarse);
         let settle_steps = self.settings.settle_steps;
-        let results = self.batch.run(strokes, |sim, stroke| {
+        let left = self.batch.run(strokes, |sim, stroke| {
             let pose = lowered(stroke.pose_above(rest))?;
-            let end = carry_out(sim, tool, &coarse.state, &pose, &stroke.actions(tool), settle_steps).ok()?;
-            Some(Tried { stroke: stroke.clone(), pose, objective: coarse.objective(&end.x), end: end.x })
+            let actions = stroke.actions(tool);
+            sim.set_tools(vec![tool.clone()]);
+            sim.rollout(&coarse.state, &[pose], &actions).ok()?;
+            let state = sim.state(actions.len());
+            Some(Left { stroke: stroke.clone(), pose, objective: coarse.objective(&state.x), state })
+        });
+        let mut left: Vec<Left> = left.into_iter().flatten().filter(|l| l.objective.is_finite()).collect();
+        let before = coarse.objective(&coarse.state.x);
+        let merit = |l: &Left| self.settings.merit(before - l.objective, l.stroke.steps);
+        left.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
+        left.truncate(strokes.len().div_ceil(2));
+        let results = self.batch.run(&left, |sim, l| {
+            let end = come_to_rest(sim, l.state.clone(), settle_steps, |_| {}).ok()?;
+            let objective = coarse.objective(&end.x);
+            Some(Tried { stroke: l.stroke.clone(), pose: l.pose, objective, end: end.x })
         });
         results.into_iter().flatten().filter(|t| t.objective.is_finite()).collect()
     }
 }
 
-/// Some of the strokes that a gradient descent on the objective at the end of `tried` passes.
-fn descend<T: Real>(
-    sim: &mut Simulator<T>,
-    tool: &Tool,
-    coarse: &Coarse,
-    tried: &Tried,
-    settings: &SearchSettings,
-) -> Vec<Stroke> {
-    let mut stroke = tried.stroke.clone();
-    let mut adam = Adam::new(&stroke.knots);
-    let mut path = Vec::new();
-    sim.set_tools(vec![tool.clone()]);
-    for k in 1..=settings.gradient_steps {
-        let steps = stroke.steps;
-        let gradient = sim.rollout(&coarse.state, &[tried.pose], &stroke.actions(tool)).and_then(|()| {
-            let mut seeds = vec![StepSeed::default(); steps + 1];
-            seeds[steps].positions = coarse.objective_adj(&sim.positions(steps)).1;
-            sim.rollout_adj(&seeds)
-        });
-        let Ok(gradient) = gradient else { break };
-        if !gradient.actions.iter().flatten().all(|g| g.is_finite()) {
-            break;
-        }
-        let knots_adj = stroke.actions_adj(tool, &gradient.actions);
-        adam.step(settings.learning_rate, &knots_adj, &mut stroke.knots);
-        if k % EVERY == 0 {
-            path.push(stroke.clone());
-        }
-    }
-    path
+/// The dough as a stroke leaves it, before it rests.
+struct Left {
+    stroke: Stroke,
+    pose: ToolPose,
+    objective: f64,
+    state: ParticleState,
 }
 
-/// The dough after a stroke, a withdrawal and some free control steps.
-fn carry_out<T: Real>(
-    sim: &mut Simulator<T>,
-    tool: &Tool,
-    start: &ParticleState,
-    pose: &ToolPose,
-    actions: &[Vec<f64>],
-    settle_steps: usize,
-) -> Result<ParticleState, SimError> {
-    sim.set_tools(vec![tool.clone()]);
-    sim.rollout(start, &[*pose], actions)?;
-    let end = sim.state(actions.len());
-    come_to_rest(sim, end, settle_steps, |_| {})
+/// A gradient descent on the objective at the end of a stroke, by its path and by where it begins.
+struct Descent<'a> {
+    tool: &'a Tool,
+    rest: &'a ToolPose,
+    coarse: &'a Coarse,
+    lowered: &'a (dyn Fn(ToolPose) -> Option<ToolPose> + Sync),
+    rate: f64,
+}
+
+impl Descent<'_> {
+    /// Some of the strokes that the descent from `tried` passes.
+    fn run<T: Real>(&self, sim: &mut Simulator<T>, tried: &Tried, steps: usize) -> Vec<Stroke> {
+        let from = &tried.stroke;
+        let mut variables = from.variables();
+        let mut adam = Adam::new(&variables);
+        let mut path = Vec::new();
+        sim.set_tools(vec![self.tool.clone()]);
+        for k in 1..=steps {
+            let stroke = from.with_variables(self.tool, &variables);
+            let Some(gradient) = self.gradient(sim, &stroke) else { break };
+            adam.step(self.rate, &gradient, &mut variables);
+            if k % EVERY == 0 {
+                path.push(from.with_variables(self.tool, &variables));
+            }
+        }
+        path
+    }
+
+    /// By the stroke's variables. The height at which the tool touches the dough is taken for fixed.
+    fn gradient<T: Real>(&self, sim: &mut Simulator<T>, stroke: &Stroke) -> Option<Vec<Vec<f64>>> {
+        let pose = (self.lowered)(stroke.pose_above(self.rest))?;
+        sim.rollout(&self.coarse.state, &[pose], &stroke.actions(self.tool)).ok()?;
+        let mut seeds = vec![StepSeed::default(); stroke.steps + 1];
+        seeds[stroke.steps].positions = self.coarse.objective_adj(&sim.positions(stroke.steps)).1;
+        let gradient = sim.rollout_adj(&seeds).ok()?;
+        let rows = stroke.variables_adj(self.tool, self.rest, &gradient.start_poses[0], &gradient.actions);
+        rows.iter().flatten().all(|g| g.is_finite()).then_some(rows)
+    }
 }
 
 /// The dough after it has moved freely until it nearly rests, or for `most` control steps. `each` gets the positions
@@ -216,9 +239,10 @@ pub fn come_to_rest<T: Real>(
     Ok(state)
 }
 
-/// Mean distance between places of the same particles.
-fn mean_distance(a: &[Point], b: &[Point]) -> f64 {
-    a.iter().zip(b).map(|(p, q)| distance(*p, *q)).sum::<f64>() / a.len() as f64
+/// Whether two strokes are of a kind, which have brought the same particles to `a` and `b` from an objective of `before`.
+pub fn are_kin(a: &[Point], b: &[Point], before: f64) -> bool {
+    let apart = a.iter().zip(b).map(|(p, q)| distance(*p, *q)).sum::<f64>() / a.len() as f64;
+    apart < KIN * before
 }
 
 impl Spread {

@@ -15,16 +15,16 @@ use super::stage::{Progress, SegmentTrace, StageProblem, StageTrace, StopReason,
 use crate::math::cloud::Point;
 use crate::math::rng::{Pcg64, seeded};
 use crate::sim::lanes::Real;
-use crate::sim::{Batch, Options, ParticleState, SimError, Simulator, ToolPose};
+use crate::sim::{Batch, Options, Params, ParticleState, SimError, Simulator, ToolPose};
 use coarse::Coarse;
-use evolve::{NARROW, Search, Tried, come_to_rest};
+use evolve::{Search, Tried, are_kin, come_to_rest};
 use std::ops::Range;
 
 /// A best stroke that gains less than this share of the objective is taken without looking further ahead.
 const LOOK_AHEAD_FROM: f64 = 0.1;
 
-/// Strokes with all particles from which strokes near them descend.
-const PARENTS_OF_ALL: usize = 3;
+/// Courant number of the searching simulators at most: somewhat below where substeps break down.
+const SEARCH_COURANT: f64 = 0.75;
 
 /// Plans and executes one stage.
 pub fn plan_stage<T: Real>(
@@ -40,6 +40,7 @@ pub fn plan_stage<T: Real>(
         problem,
         home: &start.x,
         level: search.levels[0],
+        scouts: Batch::<T>::new(&for_search(problem.params), tool, &forward_only),
         batch: Batch::<T>::new(problem.params, tool, &forward_only),
         rng: seeded(problem.seed, "search"),
     };
@@ -131,6 +132,8 @@ struct Planner<'a, T: Real> {
     /// Where the dough was when the stage began, m.
     home: &'a [Point],
     level: SearchLevel,
+    /// Simulators to search with, and those in which strokes are executed.
+    scouts: Batch<T>,
     batch: Batch<T>,
     rng: Pcg64,
 }
@@ -153,7 +156,7 @@ impl<T: Real> Planner<'_, T> {
         on_searched: impl FnMut(f64),
     ) -> Vec<Tried> {
         let coarse = self.coarse(state, self.level.particles);
-        let Self { problem, batch, rng, .. } = self;
+        let Self { problem, scouts, rng, .. } = self;
         let search = problem.search;
         let motion = coarse.motion();
         let reachable: Vec<Point> =
@@ -182,7 +185,7 @@ impl<T: Real> Planner<'_, T> {
             rest: problem.rest,
             coarse: &coarse,
             lowered: &lowered,
-            batch,
+            batch: scouts,
             gradient_memory: problem.options.memory_limit / problem.options.threads.max(1),
             steps_left,
         };
@@ -191,7 +194,7 @@ impl<T: Real> Planner<'_, T> {
     }
 
     /// What the best strokes do with all particles, best first: few particles do not tell everything, above all of a
-    /// knife. Strokes near the best of them are tried, too.
+    /// knife.
     fn outcomes(
         &mut self,
         judge: &Coarse,
@@ -199,32 +202,14 @@ impl<T: Real> Planner<'_, T> {
         state: &ParticleState,
         mut found: Vec<Tried>,
     ) -> Vec<Outcome> {
-        let Self { problem, batch, rng, .. } = self;
+        let Self { problem, batch, .. } = self;
         let search = problem.search;
         let merit = |o: &Outcome| search.merit(objective_now - o.objective, o.tried.stroke.steps);
-        let mut carried_out = |strokes: &[Tried]| {
-            let tried = batch.run(strokes, |sim, tried| execute(sim, problem, judge, state, tried).ok());
-            tried.into_iter().flatten().collect::<Vec<Outcome>>()
-        };
         found.truncate(search.finalists);
-        let mut outcomes = carried_out(&found);
+        let tried = batch.run(&found, |sim, tried| execute(sim, problem, judge, state, tried).ok());
+        let mut outcomes: Vec<Outcome> = tried.into_iter().flatten().collect();
         // A stable sort: of equal ones first the one that is better with few particles.
         outcomes.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
-        let place = placement(problem, &state.x, problem.active, &[]);
-        for _ in 0..search.polishing {
-            let parents = &outcomes[..outcomes.len().min(PARENTS_OF_ALL)];
-            let near: Vec<Tried> = (0..search.finalists)
-                .filter_map(|k| {
-                    let parent = parents.get(k % parents.len().max(1))?;
-                    let stroke = parent.tried.stroke.varied(problem.tool, &NARROW, &[], rng);
-                    let pose = place.lowered(stroke.pose_above(problem.rest))?;
-                    Some(Tried { stroke, pose, ..parent.tried.clone() })
-                })
-                .collect();
-            outcomes.extend(carried_out(&near));
-            outcomes.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
-            outcomes.truncate(search.finalists);
-        }
         outcomes
     }
 
@@ -243,7 +228,7 @@ impl<T: Real> Planner<'_, T> {
             return outcomes.into_iter().next().map(|o| (o, None));
         }
         let mut best: Option<(f64, Outcome, Option<Vec<Tried>>)> = None;
-        for outcome in outcomes.into_iter().take(search.beam) {
+        for outcome in of_different_kinds(outcomes, search.beam, objective_now) {
             let steps = outcome.tried.stroke.steps;
             let left = steps_left - steps;
             let (mut merit, mut follow) = (search.merit(gain(&outcome), steps), None);
@@ -265,6 +250,25 @@ impl<T: Real> Planner<'_, T> {
         }
         best.map(|(_, outcome, follow)| (outcome, follow))
     }
+}
+
+/// The first of the outcomes, and the first that leave other dough: strokes of a kind have the same future.
+fn of_different_kinds(outcomes: Vec<Outcome>, most: usize, objective_now: f64) -> Vec<Outcome> {
+    let mut kept: Vec<Outcome> = Vec::new();
+    for outcome in outcomes {
+        let is_kin = |other: &Outcome| are_kin(&other.settled.x, &outcome.settled.x, objective_now);
+        if kept.len() < most && !kept.iter().any(is_kin) {
+            kept.push(outcome);
+        }
+    }
+    kept
+}
+
+/// The same world with control steps of as few substeps as [`SEARCH_COURANT`] lets pass.
+fn for_search(params: &Params) -> Params {
+    let longest = SEARCH_COURANT / params.courant() * params.dt;
+    let substeps = ((params.control_step() / longest).ceil() as usize).clamp(1, params.substeps);
+    Params { substeps, dt: params.control_step() / substeps as f64, ..params.clone() }
 }
 
 /// Where the tool may be put on dough that is at `positions` and should go to `reachable`.

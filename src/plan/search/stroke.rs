@@ -2,8 +2,9 @@
 //!
 //! What a search varies about a stroke, and the start pose and actions that come of it. Imports sim's tools.
 
-use crate::math::quaternion::{from_axis_angle, product};
+use crate::math::quaternion::{from_axis_angle, from_axis_angle_adj, product, product_adj};
 use crate::math::rng::{Pcg64, normal, uniform};
+use crate::sim::tool::PoseAdj;
 use crate::sim::{Motion, Tool, ToolPose};
 use nalgebra::Vector3;
 
@@ -44,6 +45,10 @@ const SWING: [f64; 4] = [1.0, -1.0, -1.0, 1.0];
 /// The share of strokes from seeds inside the dough that stir.
 const STIRRING: f64 = 0.3;
 
+/// What a variable of 1 is for a gradient descent: m of place and gap, rad of yaw.
+const PLACE_UNIT: f64 = 0.03;
+const YAW_UNIT: f64 = 0.6;
+
 /// How far a search goes from a stroke to the next: standard deviations.
 #[derive(Clone, Copy, Debug)]
 pub struct Spread {
@@ -68,6 +73,51 @@ impl Stroke {
             rotation: product(turn, rest.rotation),
             gap: self.gap,
         }
+    }
+
+    /// Adjoint of [`Stroke::pose_above`] by x, z, yaw and gap.
+    pub fn pose_above_adj(&self, rest: &ToolPose, pose_adj: &PoseAdj) -> [f64; 4] {
+        let axis = Vector3::new(0.0, self.yaw, 0.0);
+        let (turn_adj, _) = product_adj(from_axis_angle(axis), rest.rotation, pose_adj.rotation);
+        let [x_adj, _, z_adj] = pose_adj.position;
+        [x_adj, z_adj, from_axis_angle_adj(axis, turn_adj).y, pose_adj.gap]
+    }
+
+    /// What a gradient descent varies: the knots, and in a last row x, z, yaw and gap in units in which a step of one
+    /// weighs as much as a step of the others.
+    pub fn variables(&self) -> Vec<Vec<f64>> {
+        let mut rows = self.knots.clone();
+        // Relative to where the stroke is: variables stay within [-1, 1].
+        rows.push(vec![0.0; 4]);
+        rows
+    }
+
+    /// This stroke with other [`Stroke::variables`].
+    pub fn with_variables(&self, tool: &Tool, rows: &[Vec<f64>]) -> Self {
+        let [knots @ .., place] = rows else { return self.clone() };
+        Self {
+            x: self.x + PLACE_UNIT * place[0],
+            z: self.z + PLACE_UNIT * place[1],
+            yaw: self.yaw + YAW_UNIT * place[2],
+            gap: clamp_gap(tool, self.gap + PLACE_UNIT * place[3]),
+            knots: knots.to_vec(),
+            ..self.clone()
+        }
+    }
+
+    /// Adjoint of [`Stroke::with_variables`], [`Stroke::pose_above`] and [`Stroke::actions`] taken together, at this
+    /// stroke.
+    pub fn variables_adj(
+        &self,
+        tool: &Tool,
+        rest: &ToolPose,
+        pose_adj: &PoseAdj,
+        actions_adj: &[Vec<f64>],
+    ) -> Vec<Vec<f64>> {
+        let mut rows = self.actions_adj(tool, actions_adj);
+        let [x, z, yaw, gap] = self.pose_above_adj(rest, pose_adj);
+        rows.push(vec![PLACE_UNIT * x, PLACE_UNIT * z, YAW_UNIT * yaw, PLACE_UNIT * gap]);
+        rows
     }
 
     /// The action of every control step: straight lines between the knots, and what stirring adds.
@@ -144,7 +194,7 @@ impl Stroke {
                 knot[c] = (knot[c] + 0.6 * shift + 0.8 * noise * normal(rng)).clamp(-1.0, 1.0);
             }
         }
-        if !lengths.is_empty() && uniform(rng) < spread.length {
+        if uniform(rng) < spread.length {
             next.steps = pick(lengths, rng);
         }
         if next.stir > 0.0 {
@@ -278,6 +328,28 @@ mod tests {
             };
             let tolerance = Tolerance { relative: 1e-7, absolute: 1e-9 };
             directional(&mut rng, &flat, forward, adjoint, tolerance);
+        }
+    }
+
+    #[test]
+    fn the_start_pose_s_adjoint_agrees_with_finite_differences() {
+        let mut rng = seeded(6, "stroke");
+        let rest = ToolPose { position: [0.5, 0.3, 0.5], rotation: [0.707, 0.707, 0.0, 0.0], gap: 0.1 };
+        let flat = |p: &ToolPose| [&p.position[..], &p.rotation, &[p.gap]].concat();
+        for yaw in [0.0, 0.3, -2.0] {
+            let stroke = Stroke { yaw, ..stroke(10, &mut rng) };
+            let forward = |x: &[f64]| {
+                let moved = Stroke { x: x[0], z: x[1], yaw: x[2], gap: x[3], ..stroke.clone() };
+                flat(&moved.pose_above(&rest))
+            };
+            let adjoint = |x: &[f64], y: &[f64]| {
+                let at = Stroke { x: x[0], z: x[1], yaw: x[2], gap: x[3], ..stroke.clone() };
+                let adj =
+                    PoseAdj { position: [y[0], y[1], y[2]], rotation: [y[3], y[4], y[5], y[6]], gap: y[7] };
+                at.pose_above_adj(&rest, &adj).to_vec()
+            };
+            let tolerance = Tolerance { relative: 1e-7, absolute: 1e-9 };
+            directional(&mut rng, &[0.5, 0.4, yaw, 0.12], forward, adjoint, tolerance);
         }
     }
 
