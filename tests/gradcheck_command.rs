@@ -86,3 +86,14 @@ fn a_scene_beyond_the_stability_bound_gets_a_warning_with_the_number_and_the_rem
         assert!(warning.contains("make dt at most 1.94e-4 s"), "{errors}");
     }
 }
+
+#[test]
+fn a_scene_that_is_no_json_is_one_error_with_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.json");
+    std::fs::write(&scene, "{\"grid\": ").unwrap();
+    let (code, _, error) = gradcheck(&["--scene", scene.to_str().unwrap()]);
+    assert_eq!(code, 2);
+    assert!(error.contains("scene.json is no scene"), "{error}");
+    assert_eq!(error.matches("EOF").count(), 1, "{error}");
+}

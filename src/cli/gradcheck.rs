@@ -171,10 +171,11 @@ fn print_table(rows: &[Row]) {
         let list: Vec<String> = row.unconverged.iter().map(|(s, c)| format!("{s}/{c}")).collect();
         println!("{}: not converged at step/component {}", row.tool, list.join(", "));
     }
-    let ([coarse, fine], [median, percentile]) = (STEPS, BOUNDS);
+    let ([largest, .., smallest], [median, percentile]) = (STEPS, BOUNDS);
     println!(
-        "median, 95th: relative error of the adjoint against central differences of step {coarse:e}, where those\n\
-         agree with step {fine:e} to {CONVERGED:e}; they must be below {median:e} and {percentile:e}. idle: entries \
+        "median, 95th: relative error of the adjoint against central differences of steps from {largest:e} to \
+         {smallest:e},\nwhere those agree and show no kink to {CONVERGED:e}; they must be below {median:e} and \
+         {percentile:e}. idle: entries \
          that\nchange nothing. f32: how far the gradient over {HORIZON} control steps in single precision is from \
          that in\ndouble, as a share of its norm. start: how far the latter moves when the start positions do by as \
          much as\nrounding them to f32 can."

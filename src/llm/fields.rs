@@ -213,7 +213,7 @@ fn keys_in(text: &str) -> Vec<(Field, usize, usize)> {
 }
 
 fn is_filling(c: char) -> bool {
-    matches!(c, ' ' | '*' | '_' | '`' | '"') || DASHES.contains(&c)
+    matches!(c, ' ' | '*' | '_' | '`' | '"' | '.' | '/') || DASHES.contains(&c)
 }
 
 /// The key that stands at a place, and where its value starts.
@@ -310,6 +310,7 @@ mod tests {
             "In var name: [\"ball\", rest] | Out var name: [disc]",
             "in var name: [\"ball\", rest] out var name: [disc]",
             "in var name [\"ball\", rest]; out var name [disc]",
+            "in var name: [\"ball\", rest] / out var name: [disc]",
         ] {
             let found = one(line);
             assert_eq!(found[0], (Field::Inputs, "[\"ball\", rest]".to_owned()), "{line}");
@@ -317,6 +318,13 @@ mod tests {
         }
         let plain = one("in var name: ball out var name: disc");
         assert_eq!(plain, [(Field::Inputs, "ball".to_owned()), (Field::Outputs, "disc".to_owned())]);
+    }
+
+    #[test]
+    fn fields_may_be_sentences_of_one_line() {
+        let found = one("Loc: [a: (0, 0, 0)]. Vol: [a: 4.0].");
+        let wanted = [(Field::Locations, "[a: (0, 0, 0)]."), (Field::Volumes, "[a: 4.0].")];
+        assert_eq!(found, wanted.map(|(f, v)| (f, v.to_owned())));
     }
 
     #[test]

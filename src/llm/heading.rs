@@ -76,6 +76,15 @@ pub fn numbered(line: &str) -> Option<Heading> {
     title.starts_with([' ', '*']).then(|| Heading { step, title: tidy(title), rank: 3 })
 }
 
+/// The heading of a step in an answer that is a plain list: `2. Roll it` or `2) **Roll it**` at the margin.
+pub fn listed(line: &str) -> Option<Heading> {
+    let digits = line.chars().take_while(char::is_ascii_digit).count();
+    let step = line[..digits].parse().ok()?;
+    let title = line[digits..].strip_prefix(['.', ')'])?;
+    let heads = title.starts_with(' ') && !title.trim().is_empty() && !fields::is_field(line);
+    heads.then(|| Heading { step, title: tidy(title), rank: 1 })
+}
+
 /// Whether the line begins what follows the steps, such as `## Summary`.
 pub fn ends_steps(line: &str) -> bool {
     if rank(line) == 1 {
@@ -177,6 +186,14 @@ mod tests {
         }
         for line in ["2. Roll it", "* 2. Roll it", "## Roll 2. it", "**2.5 units**"] {
             assert_eq!(numbered(line), None, "{line}");
+        }
+    }
+
+    #[test]
+    fn items_of_a_list_may_head_steps_if_they_are_no_fields() {
+        assert_eq!(listed("2. **Roll it**").unwrap().title, "Roll it");
+        for line in ["2. **Tool name:** pole", " 2. Roll it", "2.5 units", "2. ", "Roll"] {
+            assert_eq!(listed(line), None, "{line}");
         }
     }
 

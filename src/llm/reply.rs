@@ -49,7 +49,7 @@ pub struct Reply {
 impl Reply {
     /// Takes an answer apart. This never fails: what is missing is missing in the result.
     pub fn parse(text: &str) -> Self {
-        let text = with_plain_signs(text);
+        let text = without_thoughts(&with_plain_signs(text));
         let reply = Self::with_headings(&text, heading::step);
         if !reply.steps.is_empty() {
             return reply;
@@ -58,7 +58,13 @@ impl Reply {
         if numbered.steps.iter().any(|s| !s.code.is_empty()) {
             return numbered;
         }
-        Self::steps_in_comments(&reply).unwrap_or(reply)
+        if let Some(commented) = Self::steps_in_comments(&reply) {
+            return commented;
+        }
+        let mut listed = Self::with_headings(&text, heading::listed);
+        // Other lists may stand between the steps.
+        listed.steps.retain(|s| !s.code.is_empty());
+        if listed.steps.is_empty() { reply } else { listed }
     }
 
     fn with_headings(text: &str, headings: fn(&str) -> Option<Heading>) -> Self {
@@ -169,6 +175,17 @@ fn with_plain_signs(text: &str) -> String {
         })
     };
     lines.chars().filter_map(plain).collect()
+}
+
+/// The text without what a model thought before it answered, up to `</think>`; lines keep their numbers.
+fn without_thoughts(text: &str) -> String {
+    // Some servers leave out the tag that opens the thoughts.
+    let Some((end, tag)) = ["</think>", "</thinking>"].iter().find_map(|tag| Some((text.rfind(tag)?, tag)))
+    else {
+        return text.to_owned();
+    };
+    let (thoughts, answer) = text.split_at(end + tag.len());
+    "\n".repeat(thoughts.matches('\n').count()) + answer
 }
 
 /// A line that may be a heading.
@@ -361,6 +378,26 @@ mod tests {
             assert_eq!((step.code.len(), &step.outputs.names[..]), (1, &["a".to_owned()][..]), "{text}");
             assert_eq!(step.volumes["a"], "2");
         }
+    }
+
+    #[test]
+    fn thoughts_are_no_part_of_an_answer() {
+        let thoughts = "Step 1: perhaps\ntool name: spoon\n</think>\n";
+        for text in [format!("<think>\n{thoughts}"), format!("\n{thoughts}")] {
+            let reply = Reply::parse(&(text + "Step 1: Roll\ntool name: pin\n```\na\n```\n"));
+            let [step] = &reply.steps[..] else { panic!("{reply:?}") };
+            assert_eq!((step.title.as_str(), step.line), ("Roll", 5));
+        }
+    }
+
+    #[test]
+    fn steps_may_be_items_of_a_list() {
+        let text = "We need:\n1. a pin\n\n1. **Roll it** (tool: pin)\n\n   ```python\n   a = 1\n   ```\n\n   \
+                    - tool name: pin\n   - out var name: a\n2. **Cut it**\n   ```\n   b\n   ```\n";
+        let reply = Reply::parse(text);
+        let found: Vec<_> =
+            reply.steps.iter().map(|s| (s.step, s.line, s.code.len(), s.tools.len())).collect();
+        assert_eq!(found, [(1, 4, 1, 1), (2, 12, 1, 0)]);
     }
 
     #[test]

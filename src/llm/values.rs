@@ -96,7 +96,9 @@ fn last_name(before: &str) -> Option<String> {
 
 /// Volumes in a value, as written: `{"ball": 4.19}`, `ball = 4/3*pi`, or a bare number for one output.
 pub fn volumes(value: &str, outputs: &[String]) -> BTreeMap<String, String> {
-    let inner = value.trim().trim_start_matches('{').trim_end_matches(['}', '.', ' ', ',']);
+    let whole = value.trim().trim_end_matches(['.', ' ', ',']);
+    let listed = whole.strip_prefix('[').and_then(|v| v.strip_suffix(']'));
+    let inner = listed.unwrap_or(whole).trim_start_matches('{').trim_end_matches(['}', ' ', ',']);
     let mut out = BTreeMap::new();
     for part in split_outside_brackets(inner) {
         let (name, text) = match part.split_once([':', '=', '≈', '→']) {
@@ -109,7 +111,7 @@ pub fn volumes(value: &str, outputs: &[String]) -> BTreeMap<String, String> {
                 _ => (None, part),
             },
         };
-        let text = text.trim();
+        let text = text.trim().trim_matches('`');
         let name = name.or_else(|| if out.is_empty() { outputs.first().cloned() } else { None });
         if let (Some(name), true) = (name, text.contains(|c: char| c.is_alphanumeric())) {
             out.insert(name, text.to_owned());
@@ -235,6 +237,9 @@ mod tests {
         assert_eq!(volumes_of("4.18879")["disc"], "4.18879");
         assert_eq!(volumes_of("ball: round(4.2, 1), disc: 2 cubic units")["ball"], "round(4.2, 1)");
         assert_eq!(volumes_of("disc ≈ 4.19")["disc"], "4.19");
+        assert_eq!(volumes_of("[4.19]")["disc"], "4.19");
+        assert_eq!(volumes_of("[disc: 4.19].")["disc"], "4.19");
+        assert_eq!(volumes_of("`disc`: `4/3 * pi`")["disc"], "4/3 * pi");
         assert_eq!(volumes_of("{\"disc\": V}")["disc"], "V");
     }
 

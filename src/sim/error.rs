@@ -37,8 +37,9 @@ pub enum SimError {
     NonFinite { operation: Operation, step: usize, substep: usize, particle: usize },
     /// A particle's deformation gradient turned inside out.
     #[error(
-        "the deformation gradient of particle {particle} inverted (det F <= 0) at control step {step}, substep \
-         {substep}; use a smaller dt or slower actions"
+        "{} found the deformation gradient inverted (det F <= 0) at control step {step}, substep {substep}, particle \
+         {particle}; use a smaller dt or slower actions",
+        Operation::Constitutive
     )]
     Inverted { step: usize, substep: usize, particle: usize },
     /// The caller's arrays do not fit together.

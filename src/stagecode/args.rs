@@ -124,7 +124,13 @@ impl<'a> Call<'a> {
                 Some(slot @ None) => *slot = Some(value),
                 Some(_) => return Err(call.problem(format!("got `{name}` twice"))),
                 None if takes_named => call.named.push((name, value)),
-                None => return Err(call.problem(format!("the argument `{name}` is not supported"))),
+                None => {
+                    let taken: Vec<&str> = call.parameters.iter().map(|p| p.trim_end_matches('?')).collect();
+                    let taken = taken.join(", ");
+                    return Err(
+                        call.problem(format!("the argument `{name}` is not supported; it takes {taken}"))
+                    );
+                }
             }
         }
         let missing = |(p, slot): (&&'static str, &Option<Value>)| {

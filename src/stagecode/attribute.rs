@@ -35,7 +35,16 @@ pub fn get(eval: &Evaluator, owner: &Value, name: &str) -> Result<Value, Fault> 
     let table = methods::of(owner);
     match table.clone().find(|row| row.name == name) {
         Some(row) => Ok(Value::Method(Rc::new((owner.clone(), row)))),
-        None => Err(unknown(owner.type_name(), name, table.map(|row| row.name))),
+        None => {
+            let mut fault = unknown(owner.type_name(), name, table.map(|row| row.name));
+            if let (Fault::UnknownAttribute { hint, .. }, Value::Array(_) | Value::Random(_)) =
+                (&mut fault, owner)
+            {
+                let instead = if let Value::Random(_) = owner { Module::Random } else { Module::Numpy };
+                hint.get_or_insert_with(|| elsewhere(instead).to_owned());
+            }
+            Err(fault)
+        }
     }
 }
 
@@ -129,7 +138,8 @@ pub fn of_module(eval: &Evaluator, module: Module, name: &str) -> Result<Value, 
     }
     let mut fault = unknown(title, name, names.into_iter());
     if let Fault::UnknownAttribute { hint, .. } = &mut fault {
-        *hint = instead_of(module, name).map(str::to_owned).or(hint.take());
+        let instead = instead_of(module, name).map(str::to_owned).or(hint.take());
+        *hint = instead.or_else(|| Some(elsewhere(module).to_owned()));
     }
     Err(fault)
 }
@@ -164,6 +174,16 @@ fn math_constant(name: &str) -> Option<Value> {
     }))
 }
 
+/// What there is in a module, for names of which nothing better is known.
+fn elsewhere(module: Module) -> &'static str {
+    match module {
+        Module::Numpy => "use other functions of np, or a loop; `--engine python` runs what is beyond these",
+        Module::Linalg => "np.linalg has norm, det, inv, solve, matmul and cross",
+        Module::Random => "use uniform, normal, exponential, integers, choice, permutation or shuffle",
+        Module::Math => "write it with the functions of math that are there, or with those of np",
+    }
+}
+
 /// What to use instead of names that models write and that do not exist here.
 fn instead_of(module: Module, name: &str) -> Option<&'static str> {
     Some(match (module, name) {
@@ -172,13 +192,33 @@ fn instead_of(module: Module, name: &str) -> Option<&'static str> {
             "there are no files; leave the cloud in its variable"
         }
         (Module::Numpy, "fft" | "polynomial" | "ma") => "write the formula with plain arrays",
-        (Module::Linalg, "svd" | "eig" | "eigh" | "qr" | "pinv" | "lstsq") => {
-            "np.linalg has norm, det, inv and solve; write the rotation by hand"
+        (Module::Numpy, "tensordot" | "kron") => "use np.einsum or @",
+        (Module::Numpy, "unravel_index" | "divmod") => "use // and %",
+        (Module::Numpy, "modf") => "use a % 1 and np.floor(a)",
+        (Module::Numpy, "cov" | "corrcoef") => "use d = p - p.mean(axis=0) and d.T @ d / (len(p) - 1)",
+        (Module::Numpy, "triu_indices" | "tril_indices" | "diag_indices") => {
+            "use np.nonzero with np.triu, np.tril or np.eye"
         }
-        (Module::Random, "gamma" | "beta" | "poisson" | "binomial" | "dirichlet" | "vonmises") => {
-            "use uniform, normal or exponential"
+        (Module::Numpy, "pad" | "block") => "use np.concatenate, np.vstack and np.hstack",
+        (Module::Numpy, "resize") => "use np.tile and a slice",
+        (Module::Numpy, "fromfunction" | "ndindex" | "ndenumerate" | "nditer") => {
+            "use np.indices, or loops over range"
         }
-        (Module::Math, _) => "np has the same function for arrays",
+        (Module::Numpy, "roots" | "polyfit") => "halve an interval in a loop, or write the formula",
+        (Module::Numpy, "rollaxis") => "use np.moveaxis",
+        (Module::Numpy, "histogram" | "histogramdd" | "histogram2d") => "use np.digitize and np.bincount",
+        (Module::Numpy, "piecewise" | "choose" | "heaviside") => "use np.where or np.select",
+        (Module::Numpy, "extract") => "use a[mask]",
+        (Module::Numpy, "copyto" | "put" | "putmask" | "place" | "put_along_axis") => "use a[mask] = values",
+        (Module::Numpy, "frompyfunc") => "use np.vectorize",
+        (Module::Numpy, "errstate") => "leave it out; no warnings are given",
+        (
+            Module::Linalg,
+            "svd" | "eig" | "eigh" | "eigvalsh" | "eigvals" | "qr" | "pinv" | "lstsq" | "cholesky",
+        ) => "np.linalg has norm, det, inv and solve; write the rotation by hand",
+        (Module::Random, "SeedSequence" | "MT19937" | "get_state" | "set_state") => {
+            "use np.random.default_rng(seed) or np.random.RandomState(seed)"
+        }
         _ => return None,
     })
 }

@@ -51,6 +51,9 @@ pub enum Fault {
     /// A value of the right type that cannot be used.
     #[error("{0}")]
     Value(String),
+    /// A matrix that has no inverse.
+    #[error("{0}")]
+    Singular(String),
     /// An index outside its range.
     #[error("{0}")]
     Index(String),
@@ -108,6 +111,7 @@ impl Fault {
                 Some("use whole-array numpy operations and 2000 to 4000 points a piece".into())
             }
             Self::Limit { .. } => Some("2000 to 4000 points a piece are enough".into()),
+            Self::Singular(_) => Some("check np.linalg.det, or leave out what makes two rows alike".into()),
             _ => None,
         }
     }
@@ -119,6 +123,7 @@ impl Fault {
             Self::UnknownAttribute { .. } => "AttributeError",
             Self::Arguments { .. } | Self::Type(_) => "TypeError",
             Self::Value(_) => "ValueError",
+            Self::Singular(_) => "LinAlgError",
             Self::Index(_) => "IndexError",
             Self::Key(_) => "KeyError",
             Self::ZeroDivision => "ZeroDivisionError",

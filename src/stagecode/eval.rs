@@ -158,6 +158,10 @@ impl Evaluator {
             }
             Stmt::Raise(s) => return Err(self.raised(s.exc.as_deref(), scope)?),
             Stmt::Try(s) => return super::exceptions::try_statement(self, s, scope),
+            // Nothing is printed and no warning given, so that these change nothing.
+            Stmt::With(s) if s.items.iter().all(|item| is_quiet(&item.context_expr)) => {
+                return self.block(&s.body, scope);
+            }
             _ => return Err(unsupported(statement).into()),
         }
         Ok(Flow::Next)
@@ -253,6 +257,13 @@ impl Evaluator {
         );
         Err(Fault::UnknownName { name: name.into(), hint: Some(hint) })
     }
+}
+
+/// Whether a context is `np.errstate(..)` or `np.printoptions(..)`.
+fn is_quiet(context: &Expr) -> bool {
+    let Expr::Call(call) = context else { return false };
+    let Expr::Attribute(named) = &*call.func else { return false };
+    matches!(named.attr.as_str(), "errstate" | "printoptions")
 }
 
 fn unsupported(statement: &Stmt) -> Fault {

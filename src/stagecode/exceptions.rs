@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use ruff_python_ast::{ExceptHandler, Expr, StmtTry};
 
-use super::error::Raised;
+use super::error::{Fault, Raised};
 use super::eval::{Evaluator, Flow, Scope};
 use super::value::Value;
 
@@ -53,7 +53,10 @@ fn handle(eval: &Evaluator, s: &StmtTry, raised: Raised, scope: &Rc<Scope>) -> R
             continue;
         }
         if let Some(variable) = &handler.name {
-            let message = raised.fault.to_string();
+            let message = match &raised.fault {
+                Fault::Raised { message, .. } => message.clone(),
+                other => other.to_string(),
+            };
             scope.set(variable, Value::Exception(Rc::new((name.clone(), message))));
         }
         return eval.block(&handler.body, scope);
@@ -65,7 +68,10 @@ fn handle(eval: &Evaluator, s: &StmtTry, raised: Raised, scope: &Rc<Scope>) -> R
 fn catches(wanted: &Expr, name: &str) -> bool {
     match wanted {
         Expr::Tuple(all) => all.elts.iter().any(|one| catches(one, name)),
+        Expr::Attribute(one) => one.attr.as_str() == "LinAlgError" && name == "LinAlgError",
         Expr::Name(one) => match one.id.as_str() {
+            // numpy's LinAlgError is a ValueError.
+            "ValueError" => matches!(name, "ValueError" | "LinAlgError"),
             "Exception" | "BaseException" => true,
             "ArithmeticError" => name == "ZeroDivisionError",
             "LookupError" => matches!(name, "IndexError" | "KeyError"),

@@ -260,7 +260,11 @@ impl Evaluator {
                 for element in e.format_spec.iter().flat_map(|s| s.elements.iter()) {
                     self.interpolate(element, scope, &mut spec)?;
                 }
-                let repr = e.conversion == ruff_python_ast::ConversionFlag::Repr;
+                // `{n=}` shows its own text, and the value as `repr` does unless a format is given.
+                let debug = e.debug_text.as_ref();
+                text.push_str(debug.map_or("", |d| d.as_str()));
+                let repr = e.conversion == ruff_python_ast::ConversionFlag::Repr
+                    || debug.is_some() && e.format_spec.is_none();
                 let shown = if repr { Value::str(format::repr(&value)) } else { value };
                 text.push_str(&format::formatted(&shown, &spec).map_err(|f| Raised::from(f).at(e.range()))?);
             }

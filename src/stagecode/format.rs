@@ -176,6 +176,8 @@ impl Spec {
         };
         Some(match self.kind {
             Some('d') if !matches!(n, Scalar::Float(_)) => n.int().to_string(),
+            Some('x') if matches!(n, Scalar::Int(0..)) => format!("{:x}", n.int()),
+            Some('b') if matches!(n, Scalar::Int(0..)) => format!("{:b}", n.int()),
             Some('f' | 'F') => format!("{:.*}", precision.unwrap_or(6), n.float()),
             Some('%') => format!("{:.*}%", precision.unwrap_or(6), 100.0 * n.float()),
             Some('e' | 'E') => exponent_digits(&format!("{:.*e}", precision.unwrap_or(6), n.float())),

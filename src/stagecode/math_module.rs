@@ -33,7 +33,15 @@ pub const ROWS: &[Row] = &[
     Row::new("pow", "x y", |c| Ok(Value::float(c.float(0)?.powf(c.float(1)?)))),
     Row::new("fmod", "x y", |c| Ok(Value::float(c.float(0)? % c.float(1)?))),
     Row::new("copysign", "x y", |c| Ok(Value::float(c.float(0)?.copysign(c.float(1)?)))),
-    Row::new("hypot", "x y", |c| Ok(Value::float(c.float(0)?.hypot(c.float(1)?)))),
+    Row::new("hypot", "x y? *more", |c| {
+        let more = c.rest.iter().filter_map(Value::as_scalar).map(Scalar::float);
+        Ok(Value::float(more.fold(c.float(0)?.hypot(c.float_or(1, 0.0)?), f64::hypot)))
+    }),
+    Row::new("expm1", "x", |c| float(c, f64::exp_m1)),
+    Row::new("modf", "x", |c| {
+        let x = c.float(0)?;
+        Ok(Value::tuple(vec![Value::float(x.fract()), Value::float(x.trunc())]))
+    }),
     Row::new("dist", "p q", dist),
     Row::new("floor", "x", |c| whole(c, f64::floor)),
     Row::new("ceil", "x", |c| whole(c, f64::ceil)),

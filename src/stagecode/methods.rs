@@ -41,7 +41,6 @@ const SHARED: &[&str] = &[
     "trace",
     "searchsorted",
     "take",
-    "compress",
     "diagonal",
 ];
 
@@ -64,6 +63,7 @@ const ARRAY: &[Row] = &[
         let sorted = super::numpy_sort::sorted(c, a, 1)?;
         a.assign(&sorted).map(|()| Value::None)
     }),
+    Row::new("compress", "self condition axis?", |c| super::numpy_place::compressed(c, 1, 0)),
     Row::new("is_integer", "self", |c| Ok(Value::bool(c.float(0)?.fract() == 0.0))),
 ];
 
@@ -98,6 +98,18 @@ const LIST: &[Row] = &[
         let at = super::index::position(&Value::int(c.int_or(1, -1)?), items.0.borrow().len(), "list")?;
         let item = items.0.borrow_mut().remove(at);
         Ok(item)
+    }),
+    Row::new("remove", "self item", |c| {
+        let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };
+        let all = items.0.borrow().clone();
+        c.eval.budget.charge(all.len())?;
+        for (at, item) in all.iter().enumerate() {
+            if operators::equal(&c.eval.budget, item, c.get(1)?, 0)? {
+                items.0.borrow_mut().remove(at);
+                return Ok(Value::None);
+            }
+        }
+        Err(Fault::value("the item is not in the list"))
     }),
     Row::new("clear", "self", |c| {
         let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };

@@ -140,6 +140,12 @@ fn arange(c: &Call) -> Result<Value, Fault> {
     let step = if c.opt(2).is_some() { c.scalar(2)? } else { Scalar::Int(1) };
     let made = counted(&c.eval.budget, start, stop, step)?;
     Ok(Value::Array(match c.dtype(3)? {
+        // numpy steps in single precision then, from the first two elements.
+        Some(Dtype::F32) => {
+            let (first, next) = (start.float() as f32, (start.float() + step.float()) as f32);
+            let at = |i: usize| f64::from(first + i as f32 * (next - first));
+            Array::floats_as((0..made.size()).map(at).collect(), Dtype::F32, vec![made.size()])
+        }
         Some(dtype) if dtype != made.dtype() => made.cast(dtype),
         _ => made,
     }))

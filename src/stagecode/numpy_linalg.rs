@@ -87,10 +87,15 @@ fn dot(c: &Call) -> Result<Value, Fault> {
 
 fn inner(c: &Call) -> Result<Value, Fault> {
     let (a, b) = (c.array(0)?, c.array(1)?);
-    if a.ndim() > 1 || b.ndim() > 1 {
-        return Err(c.problem("is supported for vectors; use @"));
+    if a.ndim() > 2 || b.ndim() > 2 {
+        return Err(c.problem("is supported for vectors and matrices; use np.einsum"));
     }
-    dot(c)
+    // Sums over the last axis of both.
+    let turned: Vec<usize> = (0..b.ndim()).rev().collect();
+    if a.ndim() == 0 || b.ndim() == 0 {
+        return dot(c);
+    }
+    matmul(&c.eval.budget, &Value::Array(a), &Value::Array(b.permute(&turned)))
 }
 
 fn flat_dot(c: &Call) -> Result<Value, Fault> {
@@ -191,7 +196,7 @@ fn eliminate(c: &Call, mut a: Vec<Vec<f64>>, mut b: Vec<Vec<f64>>) -> Result<(f6
     for k in 0..n {
         let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs())).unwrap_or(k);
         if a[pivot][k] == 0.0 {
-            let singular = || Fault::value(format!("{}(): the matrix is singular", c.name));
+            let singular = || Fault::Singular(format!("{}(): the matrix is singular", c.name));
             return if b.is_empty() { Ok((0.0, b)) } else { Err(singular()) };
         }
         determinant *= if pivot == k { a[k][k] } else { -a[pivot][k] };

@@ -12,7 +12,7 @@ use super::value::Value;
 /// The rows of this area.
 pub const ROWS: &[Row] = &[
     Row::new("take", "a indices axis?", take),
-    Row::new("compress", "condition a axis?", compress),
+    Row::new("compress", "condition a axis?", |c| compressed(c, 0, 1)),
     Row::new("diagonal", "a offset?", |c| {
         let a = c.array(0)?;
         let [rows, columns] = *a.shape() else { return Err(c.problem("takes a matrix")) };
@@ -63,15 +63,16 @@ pub fn along(c: &Call, a: &Array, axis: usize, index: &Value) -> Result<Value, F
     Ok(Value::array(picked.permute(&back)))
 }
 
-fn compress(c: &Call) -> Result<Value, Fault> {
-    let mut a = c.array(1)?;
+/// The slices of the array at `array` where the condition at `condition` holds; the axis stands behind them.
+pub fn compressed(c: &Call, condition: usize, array: usize) -> Result<Value, Fault> {
+    let mut a = c.array(array)?;
     let axis = c.axis(2, a.ndim())?;
     c.eval.budget.allocate(a.size())?;
     if axis.is_none() {
         a = a.reshape(vec![a.size()]);
     }
     let length = a.shape().get(axis.unwrap_or(0)).copied().unwrap_or(0);
-    let keep = c.array(0)?.to_bools();
+    let keep = c.array(condition)?.to_bools();
     let at: Vec<i64> = (0..keep.len().min(length)).filter(|&i| keep[i]).map(|i| i as i64).collect();
     let n = at.len();
     along(c, &a, axis.unwrap_or(0), &Value::Array(Array::ints(at, vec![n])))

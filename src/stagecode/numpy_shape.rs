@@ -116,11 +116,28 @@ fn swapaxes(c: &Call) -> Result<Value, Fault> {
     Ok(Value::array(a.permute(&order)))
 }
 
+/// The argument at `at` as one or several axes of an array with `ndim`.
+fn axes(c: &Call, at: usize, ndim: usize) -> Result<Vec<usize>, Fault> {
+    if let Value::Number(_) = c.get(at)? {
+        return Ok(vec![normalize_axis(c.int(at)?, ndim)?]);
+    }
+    let whole = |v: &Value| v.as_int().ok_or_else(|| c.problem("an axis must be an integer"));
+    c.sequence(at)?.iter().map(|v| normalize_axis(whole(v)?, ndim)).collect()
+}
+
 fn moveaxis(c: &Call) -> Result<Value, Fault> {
     let a = c.array(0)?;
-    let (from, to) = (normalize_axis(c.int(1)?, a.ndim())?, normalize_axis(c.int(2)?, a.ndim())?);
-    let mut order: Vec<usize> = (0..a.ndim()).filter(|&axis| axis != from).collect();
-    order.insert(to, from);
+    let (from, to) = (axes(c, 1, a.ndim())?, axes(c, 2, a.ndim())?);
+    if from.len() != to.len() {
+        return Err(c.problem("`source` and `destination` must name as many axes"));
+    }
+    let mut order: Vec<usize> = (0..a.ndim()).filter(|axis| !from.contains(axis)).collect();
+    let mut moves: Vec<(usize, usize)> = to.into_iter().zip(from).collect();
+    moves.sort_unstable();
+    moves.into_iter().for_each(|(to, from)| order.insert(to.min(order.len()), from));
+    if order.len() != a.ndim() {
+        return Err(c.problem("an axis is named twice"));
+    }
     Ok(Value::array(a.permute(&order)))
 }
 
@@ -139,10 +156,15 @@ fn squeeze(c: &Call) -> Result<Value, Fault> {
 }
 
 fn expand_dims(c: &Call) -> Result<Value, Fault> {
-    let a = c.array(0)?;
-    let axis = normalize_axis(c.int(1)?, a.ndim() + 1)?;
-    convert::check_dimensions(vec![1; a.ndim() + 1])?;
-    Ok(Value::array(a.insert_axis(axis)))
+    let mut a = c.array(0)?;
+    let count = if let Value::Number(_) = c.get(1)? { 1 } else { c.sequence(1)?.len() };
+    convert::check_dimensions(vec![1; a.ndim().saturating_add(count)])?;
+    let mut new = axes(c, 1, a.ndim() + count)?;
+    new.sort_unstable();
+    for axis in new {
+        a = a.insert_axis(axis.min(a.ndim()));
+    }
+    Ok(Value::array(a))
 }
 
 fn at_least(c: &Call, ndim: usize) -> Result<Value, Fault> {

@@ -15,9 +15,11 @@ pub const ROWS: &[Row] = &[
         lanes(c, &c.array(0)?, 1, places, Some(Dtype::Int)).map(Value::Array)
     }),
     Row::new("argpartition", "a kth axis?", |c| {
-        let a = c.array(0)?;
-        order_of(c, &a)
+        // Sorted is partitioned around every place at once; the axis is the third argument.
+        let places = |lane: &[f64]| order(lane).into_iter().map(|i| i as f64).collect();
+        lanes(c, &c.array(0)?, 2, places, Some(Dtype::Int)).map(Value::Array)
     }),
+    Row::new("partition", "a kth axis?", |c| sorted(c, &c.array(0)?, 2).map(Value::Array)),
     Row::new("lexsort", "keys", lexsort),
     Row::new("unique", "ar return_index? return_inverse? return_counts? axis?", unique),
     Row::new("searchsorted", "a v side?", searchsorted),
@@ -34,12 +36,6 @@ pub fn order(lane: &[f64]) -> Vec<usize> {
         lane[i].partial_cmp(&lane[j]).unwrap_or_else(|| lane[i].is_nan().cmp(&lane[j].is_nan()))
     });
     at
-}
-
-fn order_of(c: &Call, a: &Array) -> Result<Value, Fault> {
-    c.eval.budget.allocate(a.size())?;
-    let at = order(&a.to_floats()).into_iter().map(|i| i as i64).collect();
-    Ok(Value::Array(Array::ints(at, vec![a.size()])))
 }
 
 /// Every lane in rising order; `axis` is the argument that names the axis.
@@ -88,7 +84,7 @@ fn lexsort(c: &Call) -> Result<Value, Fault> {
     c.eval.budget.charge(n.saturating_mul(16 * keys.len()))?;
     let mut at: Vec<usize> = (0..n).collect();
     for key in &keys {
-        at.sort_by(|&i, &j| key[i].total_cmp(&key[j]));
+        at.sort_by(|&i, &j| (key[i] + 0.0).total_cmp(&(key[j] + 0.0)));
     }
     Ok(Value::Array(Array::ints(at.into_iter().map(|i| i as i64).collect(), vec![n])))
 }
@@ -102,7 +98,8 @@ fn unique(c: &Call) -> Result<Value, Fault> {
         Some(0) if a.ndim() == 2 => (a.shape()[1], Some(a.shape()[1])),
         Some(_) => return Err(c.problem("`axis` is supported for the rows of a matrix only")),
     };
-    let all = a.to_floats();
+    // -0.0 and 0.0 are equal, and NaN is equal to NaN, as in numpy.
+    let all: Vec<f64> = a.to_floats().into_iter().map(|x| x + 0.0).collect();
     let row = |i: usize| &all[i * width..(i + 1) * width];
     let count = if shape.is_some() { a.shape()[0] } else { all.len() };
     let compare = |x: &[f64], y: &[f64]| {
@@ -175,7 +172,8 @@ fn bincount(c: &Call) -> Result<Value, Fault> {
 fn isin(c: &Call) -> Result<Value, Fault> {
     let (a, mut wanted) = (c.array(0)?, c.floats(1)?);
     c.eval.budget.allocate(a.size())?;
+    wanted.iter_mut().for_each(|w| *w += 0.0);
     wanted.sort_unstable_by(f64::total_cmp);
-    let found = |x: f64| wanted.binary_search_by(|w| w.total_cmp(&x)).is_ok();
+    let found = |x: f64| wanted.binary_search_by(|w| w.total_cmp(&(x + 0.0))).is_ok();
     Ok(Value::array(Array::bools(a.to_floats().into_iter().map(found).collect(), a.shape().to_vec())))
 }

@@ -58,8 +58,15 @@ const PCG_MULTIPLIER: u128 = 0x2360_ed05_1fc6_5da4_4385_df64_9fcc_f645;
 impl Random {
     /// `np.random.default_rng(seed)`.
     pub fn pcg64(seed: u64) -> Self {
-        let entropy =
-            if seed >> 32 == 0 { vec![seed as u32] } else { vec![seed as u32, (seed >> 32) as u32] };
+        Self::pcg64_of(&[seed])
+    }
+
+    /// `np.random.default_rng([seed, ..])`: the words of all seeds one after another.
+    pub fn pcg64_of(seeds: &[u64]) -> Self {
+        let words_of = |seed: u64| {
+            if seed >> 32 == 0 { vec![seed as u32] } else { vec![seed as u32, (seed >> 32) as u32] }
+        };
+        let entropy: Vec<u32> = seeds.iter().flat_map(|&seed| words_of(seed)).collect();
         let words = seed_sequence(&entropy, 8);
         let word = |i: usize| u128::from(words[2 * i]) | u128::from(words[2 * i + 1]) << 32;
         let (start, stream) = (word(0) << 64 | word(1), word(2) << 64 | word(3));

@@ -20,6 +20,12 @@ const MAKERS: &[Row] = &[
         if let Some(same @ Value::Random(_)) = c.opt(0) {
             return Ok(same.clone());
         }
+        if let Some(Value::List(_) | Value::Tuple(_) | Value::Array(_)) = c.opt(0) {
+            let seed = |v: &Value| v.as_int().and_then(|i| u64::try_from(i).ok());
+            let seeds: Option<Vec<u64>> = c.sequence(0)?.iter().map(seed).collect();
+            let seeds = seeds.ok_or_else(|| c.problem("seeds must be integers that are not negative"))?;
+            return Ok(made(Random::pcg64_of(&seeds)));
+        }
         let seed = if c.opt(0).is_some() { seed(c, 0)? } else { c.eval.next_unseeded() };
         Ok(made(Random::pcg64(seed)))
     }),

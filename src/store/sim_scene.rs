@@ -46,7 +46,7 @@ pub enum SceneError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// Not JSON, an unknown key, a missing key, a wrong type.
-    #[error("{}: {source}", path.display())]
+    #[error("{} is no scene", path.display())]
     Json { path: PathBuf, source: serde_json::Error },
     /// A value that makes no sense.
     #[error("{}: `{key}` {problem}", path.display())]
@@ -272,6 +272,7 @@ fn check_tool(at: &At<'_>, t: &ToolTable) -> Result<(Tool, ToolPose), SceneError
 fn read_start(reader: &mut npz::Reader) -> Result<ParticleState, SceneError> {
     let x = reader.cloud("x0")?;
     let n = x.len();
+    check_finite(reader, "x0", x.as_flattened())?;
     if n == 0 {
         return Err(reader.entry_error("x0", "holds no particle").into());
     }
@@ -279,6 +280,7 @@ fn read_start(reader: &mut npz::Reader) -> Result<ParticleState, SceneError> {
     if v.len() != n {
         return Err(reader.entry_error("v0", format!("has {} rows, x0 has {n}", v.len())).into());
     }
+    check_finite(reader, "v0", v.as_flattened())?;
     let c = read_matrices(reader, "C0", n, [0.0; 9])?;
     let f = read_matrices(reader, "F0", n, IDENTITY)?;
     Ok(ParticleState { x, v, c, f })
@@ -298,7 +300,16 @@ fn read_matrices(
         let reason = format!("has shape {:?}, not ({n}, 3, 3)", m.shape());
         return Err(reader.entry_error(name, reason).into());
     }
-    Ok((0..n).map(|i| std::array::from_fn(|k| m[[i, k / 3, k % 3]])).collect())
+    let matrices: Vec<[f64; 9]> = (0..n).map(|i| std::array::from_fn(|k| m[[i, k / 3, k % 3]])).collect();
+    check_finite(reader, name, matrices.as_flattened())?;
+    Ok(matrices)
+}
+
+fn check_finite(reader: &npz::Reader, name: &str, values: &[f64]) -> Result<(), SceneError> {
+    if values.iter().any(|v| !v.is_finite()) {
+        return Err(reader.entry_error(name, "holds a value that is not a finite number").into());
+    }
+    Ok(())
 }
 
 fn read_actions(reader: &mut npz::Reader, width: usize) -> Result<Vec<Vec<f64>>, SceneError> {

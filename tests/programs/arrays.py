@@ -101,3 +101,19 @@ import numpy as np
 a = np.arange(30).reshape(5, 6)
 s = slice(1, None, 2)
 out = np.concatenate([a[s, s].ravel(), a[slice(None), 0], a[-2::-2, -1], a[:, -3:-1].ravel(), a[4:0:-2, 5:0:-3].ravel(), a[np.s_[1:3, ...]].ravel()])
+#%% minus zero is zero
+import numpy as np
+p = np.round(np.array([[-0.2, 1.0], [0.2, 1.0], [-0.2, 0.4], [3.0, -1.0]]))
+q = p[np.lexsort((np.arange(4), p[:, 0]))]
+out = np.concatenate([np.unique(p, axis=0).ravel(), np.unique(p), q.ravel(), np.isin([0.0, -0.0], [-0.0])])
+#%% places along an axis
+import numpy as np
+a = np.arange(24).reshape(8, 3)[::-1] % 7
+out = np.concatenate([a.compress([1, 0, 1], axis=0).ravel(), np.compress([0, 1], a, axis=1).ravel(), np.argpartition(a, 7, axis=0)[7], np.partition(a, 0, axis=1)[:, 0], np.inner(a, a[:2]).ravel(), np.inner([1, 2], [3, 4])[None]])
+#%% several axes at once
+import numpy as np
+a = np.arange(24).reshape(2, 4, 3)
+out = np.concatenate([np.moveaxis(a, [0, 1], [1, 0]).ravel(), np.moveaxis(a, (0, 2), (-1, 0)).ravel(), np.expand_dims(a, (0, 3)).shape, np.expand_dims(a, -1).shape])
+#%% single precision in arange
+import numpy as np
+out = np.concatenate([np.arange(0, 1, 0.1, dtype=np.float32), np.arange(-1, 1, 0.3, dtype="float32")])

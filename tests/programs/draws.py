@@ -59,3 +59,6 @@ np.random.seed(5)
 b = np.random.rand(2)
 np.random.seed(seed=6)
 out = np.concatenate([a, b, np.random.rand(1), np.random.exponential(size=2)])
+#%% seeds of several words
+import numpy as np
+out = np.concatenate([np.random.default_rng([1, 2, 3]).random(3), np.random.default_rng((7, 2**40)).random(2), np.random.default_rng(np.array([5, 6, 7, 8, 9])).random(2)])

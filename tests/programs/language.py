@@ -199,3 +199,28 @@ out = np.array([sizes["piece_02"].sum(), len(sizes), sum(v.shape[0] for v in siz
 import numpy as np
 a = np.zeros(2)
 out = np.array([isinstance(a, np.ndarray), isinstance(3, (int, float)), isinstance("a", str), type(3) == int, type([]) is list, callable(len), a is not None, 3 in [1, 2, 3], 4 not in (1, 2), bool([]), not {}], dtype=float)
+#%% texts of values in f-strings
+n, r = 10, 0.123456
+out = [len(f"{n=}"), len(f"{n = }"), len(f"{r=:.2f}"), len(f"{n:x}|{n:b}|{n:03d}"), len(f"{'a'=}")]
+#%% messages of exceptions, singular matrices, quiet contexts
+import numpy as np
+try:
+    raise ValueError("too thin")
+except ValueError as e:
+    a = len(str(e))
+try:
+    np.linalg.inv(np.zeros((2, 2)))
+except np.linalg.LinAlgError:
+    b = 4
+try:
+    np.linalg.solve(np.zeros((2, 2)), [1, 2])
+except ValueError:
+    c = 5
+with np.errstate(divide="ignore", invalid="ignore"):
+    d = np.isinf(np.array([1.0]) / 0).sum()
+x = [1, 2, 3, 2]
+x.remove(2)
+out = [a, b, c, d, *x]
+#%% more of math
+import math
+out = [math.hypot(1, 2, 3), math.hypot(3, 4), math.expm1(0.1), *math.modf(2.75), *math.modf(-2.75)]

@@ -134,16 +134,17 @@ function lossContent(run, current) {
   return {x: [0, longest - 1], y: [Math.min(0, low), high * 1.05 || 1], xLabel: "iteration", lines};
 }
 
-// Methods that search for strokes give what their objective was before, and what the best stroke promised.
+// Methods that search for strokes give what their objective was before, what the best stroke promised with few
+// particles, and what it was with all.
 function isSearch(run) {
   const segments = run.stages.flatMap((stage) => stage.segments);
-  return Boolean(run.search) && run.summary.method !== "paper" && segments.length > 0 && segments.every((s) => s.losses.length <= 2);
+  return Boolean(run.search) && run.summary.method !== "paper" && segments.length > 0 && segments.every((s) => s.losses.length <= 3);
 }
 
 function searchContent(run, current) {
   const strokes = run.stages.flatMap((stage, k) => stage.segments.map((s) => ({s, k})));
   const lines = strokes.map(({s, k}, i) => ({
-    points: s.losses.filter((v) => v !== null).map((v) => [i + 1, 1e3 * v]),
+    points: s.losses.slice(0, 2).filter((v) => v !== null).map((v) => [i + 1, 1e3 * v]),
     color: stageColor(k), opacity: s === current ? 1 : 0.4, width: 7,
   }));
   const marks = strokes.flatMap(({s}, i) => (s.emd_after === null ? [] : [{
