@@ -158,7 +158,7 @@ pub fn read(lines: &[(usize, String)]) -> Vec<(usize, Field, String)> {
 
 /// A value without what surrounds it.
 fn bare(value: &str) -> &str {
-    value.trim().trim_end_matches([',', ';', '|', ' ', '*', '_']).trim_start_matches(['*', ',', ' '])
+    value.trim().trim_end_matches([',', ';', '|', '/', ' ', '*', '_']).trim_start_matches(['*', ',', ' '])
 }
 
 /// Whether a line is an item of a list under `key`: a bullet that stands further right, and no field.
