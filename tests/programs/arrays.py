@@ -109,7 +109,7 @@ out = np.concatenate([np.unique(p, axis=0).ravel(), np.unique(p), q.ravel(), np.
 #%% places along an axis
 import numpy as np
 a = np.arange(24).reshape(8, 3)[::-1] % 7
-out = np.concatenate([a.compress([1, 0, 1], axis=0).ravel(), np.compress([0, 1], a, axis=1).ravel(), np.argpartition(a, 7, axis=0)[7], np.partition(a, 0, axis=1)[:, 0], np.inner(a, a[:2]).ravel(), np.inner([1, 2], [3, 4])[None]])
+out = np.concatenate([a.compress([1, 0, 1], axis=0).ravel(), np.compress([0, 1], a, axis=1).ravel(), np.argpartition(a, 7, axis=0)[7], np.partition(a, 0, axis=1)[:, 0], np.inner(a, a[:2]).ravel(), [np.inner([1, 2], [3, 4])]])
 #%% several axes at once
 import numpy as np
 a = np.arange(24).reshape(2, 4, 3)

@@ -200,8 +200,9 @@ import numpy as np
 a = np.zeros(2)
 out = np.array([isinstance(a, np.ndarray), isinstance(3, (int, float)), isinstance("a", str), type(3) == int, type([]) is list, callable(len), a is not None, 3 in [1, 2, 3], 4 not in (1, 2), bool([]), not {}], dtype=float)
 #%% texts of values in f-strings
+import numpy as np
 n, r = 10, 0.123456
-out = [len(f"{n=}"), len(f"{n = }"), len(f"{r=:.2f}"), len(f"{n:x}|{n:b}|{n:03d}"), len(f"{'a'=}")]
+out = np.array([len(f"{n=}"), len(f"{n = }"), len(f"{r=:.2f}"), len(f"{n:x}|{n:b}|{n:03d}"), len(f"{'a'=}")], dtype=float)
 #%% messages of exceptions, singular matrices, quiet contexts
 import numpy as np
 try:
@@ -220,7 +221,8 @@ with np.errstate(divide="ignore", invalid="ignore"):
     d = np.isinf(np.array([1.0]) / 0).sum()
 x = [1, 2, 3, 2]
 x.remove(2)
-out = [a, b, c, d, *x]
+out = np.array([a, b, c, d, *x], dtype=float)
 #%% more of math
 import math
-out = [math.hypot(1, 2, 3), math.hypot(3, 4), math.expm1(0.1), *math.modf(2.75), *math.modf(-2.75)]
+import numpy as np
+out = np.array([math.hypot(1, 2, 3), math.hypot(3, 4), math.expm1(0.1), *math.modf(2.75), *math.modf(-2.75)], dtype=float)
