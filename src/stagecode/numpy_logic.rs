@@ -158,6 +158,12 @@ fn round(c: &Call) -> Result<Value, Fault> {
             (x / scale).round_ties_even() * scale
         }
     };
+    let a = c.array(0)?;
+    if decimals < 0 && a.dtype() == Dtype::Int {
+        c.eval.budget.allocate(a.size())?;
+        let tens = a.to_ints().into_iter().map(|x| rounded(x as f64) as i64).collect();
+        return Ok(Value::array(Array::ints(tens, a.shape().to_vec())));
+    }
     keep_ints(&c.eval.budget, c.get(0)?, rounded)
 }
 

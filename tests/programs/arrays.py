@@ -117,3 +117,7 @@ out = np.concatenate([np.moveaxis(a, [0, 1], [1, 0]).ravel(), np.moveaxis(a, (0,
 #%% single precision in arange
 import numpy as np
 out = np.concatenate([np.arange(0, 1, 0.1, dtype=np.float32), np.arange(-1, 1, 0.3, dtype="float32")])
+#%% integers rounded to tens
+import numpy as np
+a = np.array([[15, 25, -15], [149, 150, 250]])
+out = np.concatenate([np.round(a, -1).ravel(), a.round(-2).ravel(), np.round(a, 1).ravel(), [np.round(1234, -2)]])
