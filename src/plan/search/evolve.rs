@@ -50,6 +50,8 @@ pub struct Search<'a, T: Real> {
     pub tool: &'a Tool,
     pub rest: &'a ToolPose,
     pub coarse: &'a Coarse,
+    /// Its objective before any stroke, m.
+    pub before: f64,
     /// Brings a tool down onto the dough, if it fits there.
     pub lowered: &'a (dyn Fn(ToolPose) -> Option<ToolPose> + Sync),
     pub batch: &'a mut Batch<T>,
@@ -102,7 +104,7 @@ impl<T: Real> Search<'_, T> {
 
     /// The best strokes, best first, not too many of a kind.
     fn fittest(&self, mut pool: Vec<Tried>) -> Vec<Tried> {
-        let before = self.coarse.objective(&self.coarse.state.x);
+        let before = self.before;
         let merit = |t: &Tried| self.settings.merit(before - t.objective, t.stroke.steps);
         pool.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
         let mut kept: Vec<Tried> = Vec::new();
@@ -155,8 +157,7 @@ impl<T: Real> Search<'_, T> {
             Some(Left { stroke: stroke.clone(), pose, objective: coarse.objective(&state.x), state })
         });
         let mut left: Vec<Left> = left.into_iter().flatten().filter(|l| l.objective.is_finite()).collect();
-        let before = coarse.objective(&coarse.state.x);
-        let merit = |l: &Left| self.settings.merit(before - l.objective, l.stroke.steps);
+        let merit = |l: &Left| self.settings.merit(self.before - l.objective, l.stroke.steps);
         left.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
         left.truncate(strokes.len().div_ceil(2));
         let results = self.batch.run(&left, |sim, l| {

@@ -184,6 +184,7 @@ impl<T: Real> Planner<'_, T> {
             tool: problem.tool,
             rest: problem.rest,
             coarse: &coarse,
+            before: coarse.objective(&coarse.state.x),
             lowered: &lowered,
             batch: scouts,
             gradient_memory: problem.options.memory_limit / problem.options.threads.max(1),
