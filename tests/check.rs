@@ -34,7 +34,7 @@ fn the_plain_primitives_are_shapes_of_a_task_file() {
     let (_, text, _) = donut(&["tasks", "--show", "donut"]);
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.toml");
-    let pole = "shape = { capsule = { radius_m = 0.03, length_m = 0.2 } }";
+    let pole = "shape = { capsule = { radius_m = 0.02, length_m = 0.2 } }";
     assert!(text.contains(pole));
     for shape in [
         "{ box = { half_extents_m = [0.015, 0.05, 0.1] } }",

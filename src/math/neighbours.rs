@@ -82,6 +82,30 @@ impl<'a> Neighbours<'a> {
             radius *= 2.0;
         }
     }
+
+    /// The connected pieces of the cloud: indices of the points of each, where points closer than `link` belong
+    /// together. In the order of their first points.
+    pub fn pieces(&self, link: f64) -> Vec<Vec<usize>> {
+        let mut seen = vec![false; self.cloud.len()];
+        let mut pieces = Vec::new();
+        for first in 0..self.cloud.len() {
+            if std::mem::replace(&mut seen[first], true) {
+                continue;
+            }
+            let mut piece = vec![first];
+            let mut next = 0;
+            while let Some(&i) = piece.get(next) {
+                next += 1;
+                for near in self.within(self.cloud[i], link) {
+                    if !std::mem::replace(&mut seen[near.index], true) {
+                        piece.push(near.index);
+                    }
+                }
+            }
+            pieces.push(piece);
+        }
+        pieces
+    }
 }
 
 fn cell_of(p: Point, cell: f64) -> [i64; 3] {
@@ -107,5 +131,14 @@ mod tests {
             assert_eq!(near, all[..5]);
             assert_eq!(grid.within(place, 0.3).len(), all.iter().filter(|d| **d <= 0.3).count());
         }
+    }
+
+    #[test]
+    fn pieces_are_what_hangs_together_by_short_links() {
+        // Two rows with points 1 apart, 3 from one another, and one point by itself.
+        let cloud: Vec<Point> = [0.0, 10.0, 1.0, 5.0, 2.0, 6.0].map(|x| [x, 0.0, 0.0]).into_iter().collect();
+        let pieces = Neighbours::new(&cloud, 1.5).pieces(1.5);
+        assert_eq!(pieces, [vec![0, 2, 4], vec![1], vec![3, 5]]);
+        assert_eq!(Neighbours::new(&cloud, 1.5).pieces(3.5).len(), 2);
     }
 }

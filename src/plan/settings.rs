@@ -85,23 +85,15 @@ pub enum Effort {
     Thorough,
 }
 
-/// What a search goes by.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SearchLevel {
-    /// Particles to search with.
-    pub particles: usize,
-    /// How much more a particle counts that is far from every point of the target. The EMD alone hardly feels a thin
-    /// membrane in a hole, or a smear between two halves.
-    pub stray_weight: f64,
-}
-
 /// Parameters of the method `donut`: the same for all tasks and tools.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SearchSettings {
-    /// How strokes are searched for, at first and whenever nothing more is found.
-    pub levels: Vec<SearchLevel>,
+    /// Particles to search with.
+    pub particles: usize,
+    /// What dough costs that is far from every point of the target, against a way of the same length. The EMD alone
+    /// hardly feels a thin membrane in a hole, or a smear between two halves.
+    pub stray_weight: f64,
     /// Strokes that the first generation tries: it is the only one that looks everywhere.
     pub first_population: usize,
     /// Strokes that every other generation tries.
@@ -122,16 +114,10 @@ pub struct SearchSettings {
     pub gradient_steps: usize,
     /// Learning rate of these steps, on the knots.
     pub learning_rate: f64,
-    /// Of the finalists so many are judged by the best stroke that can follow them.
-    pub beam: usize,
-    /// Generations that such a following stroke is searched for.
-    pub lookahead: usize,
     /// Free control steps after each stroke, with the tool withdrawn, at most: fewer if the dough rests before.
     pub settle_steps: usize,
-    /// A stroke must lower the EMD by this share.
+    /// A stroke must lower the objective by this share, or the stage ends.
     pub least_gain: f64,
-    /// Strokes in a row that may bring nothing before a level is left.
-    pub max_failures: usize,
 }
 
 impl SearchSettings {
@@ -142,14 +128,14 @@ impl SearchSettings {
 
     /// The settings of an effort.
     pub fn of(effort: Effort) -> Self {
-        let level = |particles, stray_weight| SearchLevel { particles, stray_weight };
-        let (levels, population, generations) = match effort {
-            Effort::Quick => (vec![level(800, 5.0)], 12, 3),
-            Effort::Normal => (vec![level(1000, 2.0), level(1500, 20.0)], 24, 5),
-            Effort::Thorough => (vec![level(1500, 2.0), level(3000, 20.0)], 40, 8),
+        let (particles, population, generations) = match effort {
+            Effort::Quick => (800, 12, 3),
+            Effort::Normal => (1000, 24, 5),
+            Effort::Thorough => (2000, 40, 8),
         };
         Self {
-            levels,
+            particles,
+            stray_weight: 20.0,
             first_population: 64,
             population,
             generations,
@@ -160,11 +146,8 @@ impl SearchSettings {
             finalists: 4,
             gradient_steps: 9,
             learning_rate: 0.05,
-            beam: 3,
-            lookahead: 2,
             settle_steps: 30,
             least_gain: 0.01,
-            max_failures: 0,
         }
     }
 }

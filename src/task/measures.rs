@@ -10,7 +10,7 @@ use crate::math::neighbours::Neighbours;
 
 /// Particles nearer than this belong together, in spacings: in an even cloud the nearest are 1 apart, in a
 /// random one hardly ever more than 2.
-const LINK: f64 = 2.0;
+pub const LINK: f64 = 2.0;
 /// Pieces smaller than this share of all particles are crumbs.
 const CRUMB: f64 = 0.01;
 /// Seen from above, a place farther than this from all particles is free, in spacings.
@@ -86,26 +86,7 @@ impl ShapeMeasures {
 
 /// Numbers of particles in the pieces of a cloud: particles closer than `link` belong together.
 fn piece_sizes(cloud: &[Point], link: f64) -> Vec<usize> {
-    let grid = Neighbours::new(cloud, link);
-    let mut seen = vec![false; cloud.len()];
-    let mut sizes = Vec::new();
-    for first in 0..cloud.len() {
-        if std::mem::replace(&mut seen[first], true) {
-            continue;
-        }
-        let mut size = 0;
-        let mut open = vec![first];
-        while let Some(i) = open.pop() {
-            size += 1;
-            for near in grid.within(cloud[i], link) {
-                if !std::mem::replace(&mut seen[near.index], true) {
-                    open.push(near.index);
-                }
-            }
-        }
-        sizes.push(size);
-    }
-    sizes
+    Neighbours::new(cloud, link).pieces(link).iter().map(Vec::len).collect()
 }
 
 /// Places that are free from the table up and closed in by dough all around, largest first.

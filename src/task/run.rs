@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use super::error::StageError;
-use super::measures::ShapeMeasures;
+use super::measures::{LINK, ShapeMeasures};
 use super::pieces::{PieceId, Pieces};
 use super::scene::Scene;
 use super::subgoal::{StagePlan, Subgoal, low_quantile};
@@ -138,6 +138,7 @@ pub fn run_task(
     let initial = state.x.clone();
     let emd_initial = assign(&initial, &goal).mean_distance;
 
+    let apart = spacing(measure_volume(&initial), initial.len());
     let mut pieces = Pieces::initial(state.len());
     let mut runs = Vec::new();
     for (index, stage) in plan.stages.iter().enumerate() {
@@ -151,14 +152,14 @@ pub fn run_task(
         let run = run_stage(scene, subgoal, &mut state, planning, seed, options, |p| {
             observe(RunEvent::Progress(p))
         });
-        run.subgoal.relabel(&mut pieces, &state.x, |a, b| assign(a, b).target_of);
+        run.subgoal.relabel(&mut pieces, &state.x, LINK * apart, |a, b| assign(a, b).target_of);
         observe(RunEvent::StageDone { index, run: &run });
         runs.push(run);
     }
     let emd_final = assign(&state.x, &goal).mean_distance;
     Ok(TaskRun {
         emd_of_perfect: assign(&perfect, &goal).mean_distance,
-        shape: ShapeMeasures::of(&state.x, &goal, spacing(measure_volume(&initial), initial.len())),
+        shape: ShapeMeasures::of(&state.x, &goal, apart),
         initial,
         goal,
         floor_y,

@@ -10,11 +10,15 @@ use super::resample::{resample, shares};
 use crate::llm::lineage::LivePieces;
 use crate::llm::stage::{NamedCloud, Stage};
 use crate::math::cloud::{Bounds, Point};
+use crate::math::neighbours::Neighbours;
 use crate::math::volume::measure_volume;
 
 /// Share of a piece's points that may lie below the table's surface: where a cloud ends must not hang on
 /// its single lowest point.
 const RESTING_QUANTILE: f64 = 0.005;
+
+/// Share of what hangs together that must be matched with one piece for all of it to belong to that.
+const VERDICT: f64 = 0.8;
 
 /// How a language model's coordinates lie in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,19 +66,38 @@ pub struct Subgoal {
 }
 
 impl Subgoal {
-    /// After the stage: each active particle goes to the piece of the target point that it is matched with.
+    /// After the stage: each active particle goes to the piece of the target point that it is matched with, but dough
+    /// that hangs together, by links of up to `link`, m, and by [`VERDICT`] belongs to one piece, goes to that as a
+    /// whole: unequal halves stay two halves, and no later stage drags a part of one to the other.
     /// `positions` are of all particles, m. `matching` gets the active particles and the target, equally many,
     /// and returns for each particle the index of its target point; exact assignment is meant.
     pub fn relabel(
         &self,
         pieces: &mut Pieces,
         positions: &[Point],
+        link: f64,
         matching: impl FnOnce(&[Point], &[Point]) -> Vec<usize>,
     ) {
         let active: Vec<Point> = self.active.iter().map(|&i| positions[i]).collect();
-        let target_of = matching(&active, &self.target);
-        for (&particle, &target) in self.active.iter().zip(&target_of) {
-            pieces.assign(particle, self.piece_of_target[target]);
+        let matched: Vec<PieceId> =
+            matching(&active, &self.target).iter().map(|&t| self.piece_of_target[t]).collect();
+        // The target lists one piece after the other.
+        let mut outputs = self.piece_of_target.clone();
+        outputs.dedup();
+        let mut voted = matched.clone();
+        for members in Neighbours::new(&active, link).pieces(link) {
+            let votes = |piece: PieceId| members.iter().filter(|&&i| matched[i] == piece).count();
+            let verdict = outputs.iter().copied().max_by_key(|&piece| votes(piece));
+            if let Some(piece) = verdict.filter(|&p| votes(p) as f64 >= VERDICT * members.len() as f64) {
+                members.iter().for_each(|&i| voted[i] = piece);
+            }
+        }
+        let count = |of: &[PieceId], piece: PieceId| of.iter().filter(|&&p| p == piece).count();
+        // A piece that did not come off has no dough of its own: then the match decides.
+        let has_its_dough = |&p: &PieceId| 2 * count(&voted, p) >= count(&matched, p);
+        let of = if outputs.iter().all(has_its_dough) { voted } else { matched };
+        for (&particle, &piece) in self.active.iter().zip(&of) {
+            pieces.assign(particle, piece);
         }
     }
 }

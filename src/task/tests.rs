@@ -113,7 +113,7 @@ fn pieces_are_followed_by_name_through_a_plan() {
     let small = cut.piece_of_target.iter().filter(|p| **p == 1).count();
     assert!((95..=105).contains(&small), "a third of the volume, {small} of 300 points");
 
-    cut.relabel(&mut pieces, &bar, greedy);
+    cut.relabel(&mut pieces, &bar, 0.01, greedy);
     let in_small = pieces.members(&[1]);
     assert_eq!(in_small.len(), small);
     let mean_x = |ix: &[usize]| ix.iter().map(|&i| bar[i][0]).sum::<f64>() / ix.len() as f64;
@@ -122,9 +122,27 @@ fn pieces_are_followed_by_name_through_a_plan() {
     let roll = plan.subgoal(1, &pieces, 1);
     assert_eq!(roll.active, in_small, "the large piece stays where it is");
     assert!(roll.piece_of_target.iter().all(|p| *p == 3));
-    roll.relabel(&mut pieces, &bar, greedy);
+    roll.relabel(&mut pieces, &bar, 0.01, greedy);
     assert_eq!(plan.subgoal(2, &pieces, 1).active.len(), 300 - small);
     assert_eq!(pieces.members(&[2]).len() + pieces.members(&[3]).len(), 300);
+}
+
+#[test]
+fn what_hangs_together_stays_one_piece_whatever_its_size() {
+    let plan = plan(&two_pancakes()).unwrap();
+    // Cut at two fifths instead of a third, into parts that are 0.2 m apart: the match alone would give a sixth of
+    // the left part to the right piece.
+    let row = |from: usize, to: usize, x: f64| (from..to).map(move |i| [x + 0.002 * i as f64, 0.05, 0.5]);
+    let cut_bar: Vec<Point> = row(0, 120, 0.2).chain(row(120, 300, 0.4)).collect();
+    let cut = plan.subgoal(0, &Pieces::initial(300), 1);
+    let mut pieces = Pieces::initial(300);
+    cut.relabel(&mut pieces, &cut_bar, 0.01, greedy);
+    assert_eq!(pieces.members(&[1]), (0..120).collect::<Vec<_>>());
+    assert_eq!(plan.subgoal(1, &pieces, 1).target.len(), 120);
+    // In one piece still: the match decides.
+    let bar: Vec<Point> = row(0, 300, 0.2).collect();
+    cut.relabel(&mut pieces, &bar, 0.01, greedy);
+    assert!((95..=105).contains(&pieces.members(&[1]).len()));
 }
 
 #[test]

@@ -23,11 +23,12 @@ pub struct Coarse {
     ids: Vec<usize>,
     /// As many points as `active`, m.
     pub target: Vec<Point>,
-    /// The target, sorted to find what strays from it.
+    /// The whole target, and sorted to find what strays from it.
+    whole: Vec<Point>,
     near: KdTree,
-    /// Mean distance of a target point to the next, m.
+    /// Mean distance of a point of the whole target to the next, m.
     spacing: f64,
-    /// How much more a particle counts that is farther than that from every point of the target.
+    /// What straying costs against a way of the same length.
     stray_weight: f64,
     /// By how much the EMD may be missed, m.
     tolerance: f64,
@@ -37,18 +38,25 @@ pub struct Coarse {
 /// other, and a nearly optimal matching is found in a fraction of the time.
 const TOLERANCE: f64 = 0.01;
 
+/// Dough that is farther than this from every point of the whole target strays, in spacings of the target.
+const STRAY_FROM: f64 = 2.0;
+/// So far beyond that, a particle costs half of what it may cost at most, in spacings.
+const HALFWAY: f64 = 3.0;
+
+/// What straying costs, m, and the derivative, `beyond` the distance at which it begins (Geman and McClure's function):
+/// as good as nothing for a rim that is a millimetre too wide, most for dough in the middle of a hole, and no more than
+/// `scale` for dough that is still to be moved, which the EMD takes care of.
+fn stray_cost(beyond: f64, scale: f64) -> (f64, f64) {
+    let sum = beyond * beyond + scale * scale;
+    (scale * beyond * beyond / sum, 2.0 * scale.powi(3) * beyond / (sum * sum))
+}
+
 impl Coarse {
     /// An even choice of about `count` of all particles, and of the target in proportion.
     ///
     /// MPM's accelerations do not depend on the mass of a particle, so that fewer of them are the same dough. `home`
     /// are the places of the whole dough that particles which the stage is not about should keep.
-    pub fn new(
-        problem: &StageProblem<'_>,
-        state: &ParticleState,
-        home: &[Point],
-        count: usize,
-        stray_weight: f64,
-    ) -> Self {
+    pub fn new(problem: &StageProblem<'_>, state: &ParticleState, home: &[Point], count: usize) -> Self {
         let n = state.len();
         let share = (count as f64 / n as f64).min(1.0);
         let mut is_active = vec![false; n];
@@ -66,21 +74,21 @@ impl Coarse {
             even_subset(problem.target, active.len()).into_iter().map(|k| problem.target[k]).collect();
         Self {
             tolerance: if ids.len() < n { TOLERANCE * spacing(&target) } else { 0.0 },
-            spacing: spacing(&target),
-            stray_weight,
+            spacing: spacing(problem.target),
+            stray_weight: problem.search.stray_weight,
             state: state.select(&ids),
             active: (0..active.len()).collect(),
             others: (active.len()..ids.len()).collect(),
             home: ids.iter().map(|&i| home[i]).collect(),
             ids,
-            near: KdTree::new(&target),
+            near: KdTree::new(problem.target),
+            whole: problem.target.to_vec(),
             target,
         }
     }
 
-    /// What a stage wants small, m: the EMD of the active dough to its target, with what strays from the
-    /// target's neighbourhood counted so many times more, and the way that the other dough has gone; by
-    /// their shares.
+    /// What a stage wants small, m: the EMD of the active dough to its target, what it costs that some of it strays from
+    /// the target's neighbourhood, and the way that the other dough has gone; by their shares.
     pub fn objective(&self, x: &[Point]) -> f64 {
         self.objective_adj(x).0
     }
@@ -93,23 +101,31 @@ impl Coarse {
         let share = 1.0 / x.len() as f64;
         let mut sum = 0.0;
         let mut adj = vec![[0.0; 3]; x.len()];
-        let mut pull = |i: usize, to: Point, beyond: f64, weight: f64| {
+        // `cost` gives a value and a slope.
+        let mut pull = |i: usize, to: Point, cost: &dyn Fn(f64) -> (f64, f64)| {
             let d = distance(x[i], to);
-            if d > beyond {
-                sum += weight * (d - beyond);
+            if d > 0.0 {
+                let (value, slope) = cost(d);
+                sum += value;
                 for a in 0..3 {
-                    adj[i][a] += share * weight * (x[i][a] - to[a]) / d;
+                    adj[i][a] += share * slope * (x[i][a] - to[a]) / d;
                 }
             }
         };
+        let way = |d: f64| (d, 1.0);
+        let straying = |d: f64| {
+            let beyond = (d - STRAY_FROM * self.spacing).max(0.0);
+            let (value, slope) = stray_cost(beyond, HALFWAY * self.spacing);
+            (self.stray_weight * value, self.stray_weight * slope)
+        };
         for (&i, &t) in self.active.iter().zip(&matched) {
-            pull(i, self.target[t], 0.0, 1.0);
+            pull(i, self.target[t], &way);
             if let Some(nearest) = self.near.nearest(x[i]) {
-                pull(i, self.target[nearest.index], self.spacing, self.stray_weight);
+                pull(i, self.whole[nearest.index], &straying);
             }
         }
         for &i in &self.others {
-            pull(i, self.home[i], 0.0, 1.0);
+            pull(i, self.home[i], &way);
         }
         (sum * share, adj)
     }
@@ -131,8 +147,8 @@ impl Coarse {
 
     /// Active particles that are far from every point of the target.
     pub fn strays(&self) -> Vec<usize> {
-        let is_stray =
-            |i: &usize| self.near.nearest(self.state.x[*i]).is_some_and(|n| n.distance > self.spacing);
+        let far = STRAY_FROM * self.spacing;
+        let is_stray = |i: &usize| self.near.nearest(self.state.x[*i]).is_some_and(|n| n.distance > far);
         self.active.iter().copied().filter(is_stray).collect()
     }
 
@@ -220,8 +236,9 @@ mod tests {
         };
         let (x, target) = (cloud(40, 0.4), cloud(30, 0.45));
         let coarse = Coarse {
-            spacing: spacing(&target),
-            stray_weight: 2.0,
+            // So close that most of the dough strays.
+            spacing: 0.004,
+            stray_weight: 20.0,
             tolerance: 0.0,
             state: ParticleState::at_rest(x.clone()),
             active: (0..30).collect(),
@@ -229,6 +246,7 @@ mod tests {
             home: x.clone(),
             ids: (0..40).collect(),
             near: KdTree::new(&target),
+            whole: target.clone(),
             target: target.clone(),
         };
         let mut there = x.clone();

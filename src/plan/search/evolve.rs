@@ -39,6 +39,12 @@ const EVERY: usize = 3;
 /// How many strokes are refined by gradients.
 const REFINED: usize = 4;
 
+/// How far the best strokes are put beside their place, to see whether they are better there, m. Where a knife comes
+/// down decides which dough goes which way, and no gradient tells of that.
+pub const NUDGES: [f64; 3] = [0.008, 0.004, 0.002];
+/// How many strokes the search shifts so.
+const NUDGED: usize = 2;
+
 /// Two strokes are of a kind if the dough that they leave differs by less than this share of the objective before them.
 const KIN: f64 = 0.1;
 /// So many strokes of a kind may have descendants: the best stroke by itself need not be the best to go on from.
@@ -62,21 +68,14 @@ pub struct Search<'a, T: Real> {
 }
 
 impl<T: Real> Search<'_, T> {
-    /// The best strokes of all that were tried, best first; none if none could be carried out. `pool` are those that an
-    /// earlier search for the same dough has found in the generations before. `on_searched` hears which share of
-    /// the search is done.
-    pub fn run(
-        &mut self,
-        seeds: &[Seed],
-        mut pool: Vec<Tried>,
-        generations: std::ops::Range<usize>,
-        rng: &mut Pcg64,
-        mut on_searched: impl FnMut(f64),
-    ) -> Vec<Tried> {
+    /// The best strokes of all that were tried, best first; none if none could be carried out. `on_searched` hears which
+    /// share of the search is done.
+    pub fn run(&mut self, seeds: &[Seed], rng: &mut Pcg64, mut on_searched: impl FnMut(f64)) -> Vec<Tried> {
         let s = self.settings;
+        let mut pool: Vec<Tried> = Vec::new();
         let lengths: Vec<usize> = s.lengths.iter().map(|&l| l.min(self.steps_left)).collect();
         let longest = lengths.iter().copied().max().unwrap_or(1);
-        for generation in generations {
+        for generation in 0..s.generations {
             let count = if generation == 0 { s.first_population } else { s.population };
             let strokes: Vec<Stroke> = (0..count)
                 .map(|k| {
@@ -120,7 +119,7 @@ impl<T: Real> Search<'_, T> {
         kept
     }
 
-    /// The best of the strokes and of what gradient steps make of the first of them.
+    /// The best of the strokes and of what gradient steps, and then small shifts of the place, make of the first of them.
     pub fn refined(&mut self, mut pool: Vec<Tried>) -> Vec<Tried> {
         for (count, steps) in
             [(REFINED, self.settings.gradient_steps), (REFINED / 2, 2 * self.settings.gradient_steps)]
@@ -135,6 +134,11 @@ impl<T: Real> Search<'_, T> {
                 path
             });
             let strokes: Vec<Stroke> = refined.into_iter().flatten().collect();
+            pool.extend(self.try_all(&strokes));
+            pool = self.fittest(pool);
+        }
+        for way in NUDGES {
+            let strokes: Vec<Stroke> = pool.iter().take(NUDGED).flat_map(|t| t.stroke.nudged(way)).collect();
             pool.extend(self.try_all(&strokes));
             pool = self.fittest(pool);
         }
@@ -241,7 +245,7 @@ pub fn come_to_rest<T: Real>(
 }
 
 /// Whether two strokes are of a kind, which have brought the same particles to `a` and `b` from an objective of `before`.
-pub fn are_kin(a: &[Point], b: &[Point], before: f64) -> bool {
+fn are_kin(a: &[Point], b: &[Point], before: f64) -> bool {
     let apart = a.iter().zip(b).map(|(p, q)| distance(*p, *q)).sum::<f64>() / a.len() as f64;
     apart < KIN * before
 }

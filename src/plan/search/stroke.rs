@@ -179,6 +179,15 @@ impl Stroke {
             .into_iter()
     }
 
+    /// This stroke, begun so far to each side, m.
+    pub fn nudged(&self, way: f64) -> [Self; 4] {
+        [[way, 0.0], [-way, 0.0], [0.0, way], [0.0, -way]].map(|[x, z]| Self {
+            x: self.x + x,
+            z: self.z + z,
+            ..self.clone()
+        })
+    }
+
     /// A stroke near this one.
     pub fn varied(&self, tool: &Tool, spread: &Spread, lengths: &[usize], rng: &mut Pcg64) -> Self {
         let mut next = self.clone();
