@@ -83,6 +83,7 @@ fn plan(method: Method) {
         rest: &scene.tools[POLE].rest,
         active: &active,
         target: &world.target,
+        has_gaps: false,
     };
     let trace = plan_stage::<f32>(&problem, &world.start, |_| {});
     assert!(!matches!(trace.stop, StopReason::Diverged(_)), "{}", trace.stop);

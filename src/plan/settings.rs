@@ -91,9 +91,11 @@ pub enum Effort {
 pub struct SearchSettings {
     /// Particles to search with.
     pub particles: usize,
-    /// What dough costs that is far from every point of the target, against a way of the same length. The EMD alone
-    /// hardly feels a thin membrane in a hole, or a smear between two halves.
+    /// What dough costs that is far from every point of the target, against a way of the same length.
     pub stray_weight: f64,
+    /// The same once nothing more is found, if the target has holes or is in several pieces: the EMD alone hardly feels a
+    /// thin membrane in a hole, or a smear between two halves.
+    pub clearing_weight: f64,
     /// Strokes that the first generation tries: it is the only one that looks everywhere.
     pub first_population: usize,
     /// Strokes that every other generation tries.
@@ -114,9 +116,11 @@ pub struct SearchSettings {
     pub gradient_steps: usize,
     /// Learning rate of these steps, on the knots.
     pub learning_rate: f64,
+    /// The best outcomes that differ in kind, so many, are judged by the best stroke that a first look finds to follow each.
+    pub beam: usize,
     /// Free control steps after each stroke, with the tool withdrawn, at most: fewer if the dough rests before.
     pub settle_steps: usize,
-    /// A stroke must lower the objective by this share, or the stage ends.
+    /// A stroke must lower the objective by this share, or nothing more is found.
     pub least_gain: f64,
 }
 
@@ -135,7 +139,8 @@ impl SearchSettings {
         };
         Self {
             particles,
-            stray_weight: 20.0,
+            stray_weight: 2.0,
+            clearing_weight: 100.0,
             first_population: 64,
             population,
             generations,
@@ -146,6 +151,7 @@ impl SearchSettings {
             finalists: 4,
             gradient_steps: 9,
             learning_rate: 0.05,
+            beam: 3,
             settle_steps: 30,
             least_gain: 0.01,
         }

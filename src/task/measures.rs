@@ -57,36 +57,54 @@ pub struct HoleMeasures {
 impl ShapeMeasures {
     /// Measures `cloud` against `goal`, both with particles about `spacing` apart, m.
     pub fn of(cloud: &[Point], goal: &[Point], spacing: f64) -> Self {
-        let sizes = piece_sizes(cloud, LINK * spacing);
         let least = CRUMB * cloud.len() as f64;
-        let large = |sizes: &[usize]| sizes.iter().filter(|s| **s as f64 >= least).count();
-        let crumbs: usize = sizes.iter().filter(|s| (**s as f64) < least).sum();
+        let crumbs: usize =
+            piece_sizes(cloud, spacing).into_iter().filter(|size| (*size as f64) < least).sum();
         let mut open = holes(cloud, spacing);
-        let measured =
-            holes(goal, spacing).into_iter().filter(|h| h.radius >= LEAST_HOLE * spacing).map(|wanted| {
-                // The dough's hole that is nearest to the goal's; each serves once.
-                let off = |h: &Hole| (h.center[0] - wanted.center[0]).hypot(h.center[1] - wanted.center[1]);
-                let near = (0..open.len())
-                    .filter(|&k| off(&open[k]) < wanted.radius + open[k].radius)
-                    .min_by(|&a, &b| off(&open[a]).total_cmp(&off(&open[b])));
-                let found = near.map(|k| open.remove(k));
-                let center = found.map_or(wanted.center, |h| h.center);
-                let inside = |p: &&Point| (p[0] - center[0]).hypot(p[2] - center[1]) < INNER * wanted.radius;
-                HoleMeasures {
-                    goal_radius: wanted.radius,
-                    radius: found.map_or(0.0, |h| h.radius),
-                    membrane: cloud.iter().filter(inside).count() as f64 / cloud.len() as f64,
-                }
-            });
-        let holes = measured.collect();
-        let pieces_of_goal = large(&piece_sizes(goal, LINK * spacing));
-        Self { pieces: large(&sizes), pieces_of_goal, crumbs: crumbs as f64 / cloud.len() as f64, holes }
+        let measured = wanted_holes(goal, spacing).into_iter().map(|wanted| {
+            // The dough's hole that is nearest to the goal's; each serves once.
+            let off = |h: &Hole| (h.center[0] - wanted.center[0]).hypot(h.center[1] - wanted.center[1]);
+            let near = (0..open.len())
+                .filter(|&k| off(&open[k]) < wanted.radius + open[k].radius)
+                .min_by(|&a, &b| off(&open[a]).total_cmp(&off(&open[b])));
+            let found = near.map(|k| open.remove(k));
+            let center = found.map_or(wanted.center, |h| h.center);
+            let inside = |p: &&Point| (p[0] - center[0]).hypot(p[2] - center[1]) < INNER * wanted.radius;
+            HoleMeasures {
+                goal_radius: wanted.radius,
+                radius: found.map_or(0.0, |h| h.radius),
+                membrane: cloud.iter().filter(inside).count() as f64 / cloud.len() as f64,
+            }
+        });
+        Self {
+            holes: measured.collect(),
+            pieces: pieces(cloud, spacing),
+            pieces_of_goal: pieces(goal, spacing),
+            crumbs: crumbs as f64 / cloud.len() as f64,
+        }
     }
 }
 
-/// Numbers of particles in the pieces of a cloud: particles closer than `link` belong together.
-fn piece_sizes(cloud: &[Point], link: f64) -> Vec<usize> {
+/// Whether a cloud has a hole or is in several pieces.
+pub fn has_gaps(cloud: &[Point], spacing: f64) -> bool {
+    pieces(cloud, spacing) > 1 || !wanted_holes(cloud, spacing).is_empty()
+}
+
+/// Number of connected pieces, crumbs left out.
+fn pieces(cloud: &[Point], spacing: f64) -> usize {
+    let least = CRUMB * cloud.len() as f64;
+    piece_sizes(cloud, spacing).into_iter().filter(|size| *size as f64 >= least).count()
+}
+
+/// Numbers of particles in the connected pieces.
+fn piece_sizes(cloud: &[Point], spacing: f64) -> Vec<usize> {
+    let link = LINK * spacing;
     Neighbours::new(cloud, link).pieces(link).iter().map(Vec::len).collect()
+}
+
+/// The holes of a goal.
+fn wanted_holes(goal: &[Point], spacing: f64) -> Vec<Hole> {
+    holes(goal, spacing).into_iter().filter(|h| h.radius >= LEAST_HOLE * spacing).collect()
 }
 
 /// Places that are free from the table up and closed in by dough all around, largest first.
@@ -164,6 +182,7 @@ mod tests {
         let ring = lattice(0.005, 20, |p| r(p) > 0.03 && r(p) < 0.08);
         let same = ShapeMeasures::of(&ring, &ring, 0.005);
         assert_eq!((same.pieces, same.holes.len()), (1, 1));
+        assert!(has_gaps(&ring, 0.005));
         assert!((same.holes[0].radius - 0.03).abs() < 0.003 && same.holes[0].membrane == 0.0, "{same:?}");
         let closed = lattice(0.005, 20, |p| r(p) < 0.08 && (r(p) > 0.03 || p[1] == 0.0));
         let hole = ShapeMeasures::of(&closed, &ring, 0.005).holes[0];
@@ -178,6 +197,7 @@ mod tests {
         let apart = lattice(0.005, 20, |p| p[0].abs() > 0.02);
         let joined = lattice(0.005, 20, |p| p[0].abs() > 0.02 || (p[1] == 0.0 && p[2] == 0.0));
         assert_eq!(ShapeMeasures::of(&apart, &apart, 0.005).pieces, 2);
+        assert!(has_gaps(&apart, 0.005) && !has_gaps(&joined, 0.005));
         let measured = ShapeMeasures::of(&joined, &apart, 0.005);
         assert_eq!((measured.pieces, measured.pieces_of_goal), (1, 2));
         assert!(measured.holes.is_empty());

@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use super::error::StageError;
-use super::measures::{LINK, ShapeMeasures};
+use super::measures::{LINK, ShapeMeasures, has_gaps};
 use super::pieces::{PieceId, Pieces};
 use super::scene::Scene;
 use super::subgoal::{StagePlan, Subgoal, low_quantile};
@@ -194,6 +194,7 @@ fn run_stage(
         .iter()
         .position(|t| t.tool.name == subgoal.tool)
         .expect("the plan was checked against the scene's tools");
+    let apart = spacing(measure_volume(&subgoal.target), subgoal.target.len());
     let problem = StageProblem {
         params: &scene.params,
         options,
@@ -205,6 +206,7 @@ fn run_stage(
         rest: &scene.tools[tool].rest,
         active: &subgoal.active,
         target: &subgoal.target,
+        has_gaps: has_gaps(&subgoal.target, apart),
     };
     let before = options.tally.work();
     let trace = plan_stage::<f32>(&problem, state, observe);

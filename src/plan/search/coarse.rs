@@ -29,7 +29,7 @@ pub struct Coarse {
     /// Mean distance of a point of the whole target to the next, m.
     spacing: f64,
     /// What straying costs against a way of the same length.
-    stray_weight: f64,
+    pub stray_weight: f64,
     /// By how much the EMD may be missed, m.
     tolerance: f64,
 }
@@ -56,7 +56,13 @@ impl Coarse {
     ///
     /// MPM's accelerations do not depend on the mass of a particle, so that fewer of them are the same dough. `home`
     /// are the places of the whole dough that particles which the stage is not about should keep.
-    pub fn new(problem: &StageProblem<'_>, state: &ParticleState, home: &[Point], count: usize) -> Self {
+    pub fn new(
+        problem: &StageProblem<'_>,
+        state: &ParticleState,
+        home: &[Point],
+        count: usize,
+        stray_weight: f64,
+    ) -> Self {
         let n = state.len();
         let share = (count as f64 / n as f64).min(1.0);
         let mut is_active = vec![false; n];
@@ -75,7 +81,7 @@ impl Coarse {
         Self {
             tolerance: if ids.len() < n { TOLERANCE * spacing(&target) } else { 0.0 },
             spacing: spacing(problem.target),
-            stray_weight: problem.search.stray_weight,
+            stray_weight,
             state: state.select(&ids),
             active: (0..active.len()).collect(),
             others: (active.len()..ids.len()).collect(),

@@ -68,37 +68,55 @@ pub struct Search<'a, T: Real> {
 }
 
 impl<T: Real> Search<'_, T> {
-    /// The best strokes of all that were tried, best first; none if none could be carried out. `on_searched` hears which
-    /// share of the search is done.
-    pub fn run(&mut self, seeds: &[Seed], rng: &mut Pcg64, mut on_searched: impl FnMut(f64)) -> Vec<Tried> {
+    /// The best strokes of a first generation, which looks everywhere: from every seed some. None if none could be
+    /// carried out.
+    pub fn first(&mut self, seeds: &[Seed], rng: &mut Pcg64) -> Vec<Tried> {
         let s = self.settings;
-        let mut pool: Vec<Tried> = Vec::new();
-        let lengths: Vec<usize> = s.lengths.iter().map(|&l| l.min(self.steps_left)).collect();
+        let lengths = self.lengths();
         let longest = lengths.iter().copied().max().unwrap_or(1);
-        for generation in 0..s.generations {
-            let count = if generation == 0 { s.first_population } else { s.population };
-            let strokes: Vec<Stroke> = (0..count)
-                .map(|k| {
-                    if generation == 0 {
-                        let seed = &seeds[k % seeds.len()];
-                        let begin = Stroke { steps: pick(&lengths, rng), ..seed.stroke.clone() };
-                        return begin
-                            .with_random_knots(self.tool, seed.dive, &seed.lean, s.knots, rng)
-                            .perhaps_stirring(self.tool, seed.dive, longest, rng);
-                    }
-                    let t = (generation - 1) as f64 / (s.generations - 1).max(2) as f64;
-                    let parent = &pool[k % pool.len()].stroke;
-                    parent.varied(self.tool, &WIDE.towards(&NARROW, t), &lengths, rng)
-                })
+        let count = if seeds.is_empty() { 0 } else { s.first_population };
+        let strokes: Vec<Stroke> = (0..count)
+            .map(|k| {
+                let seed = &seeds[k % seeds.len()];
+                let begin = Stroke { steps: pick(&lengths, rng), ..seed.stroke.clone() };
+                begin
+                    .with_random_knots(self.tool, seed.dive, &seed.lean, s.knots, rng)
+                    .perhaps_stirring(self.tool, seed.dive, longest, rng)
+            })
+            .collect();
+        let pool = self.try_all(&strokes);
+        self.fittest(pool)
+    }
+
+    /// The best strokes that further generations find, best first. `pool` is what the first one has found; `on_searched`
+    /// hears which share of the search is done.
+    pub fn run(
+        &mut self,
+        mut pool: Vec<Tried>,
+        rng: &mut Pcg64,
+        mut on_searched: impl FnMut(f64),
+    ) -> Vec<Tried> {
+        let s = self.settings;
+        let lengths = self.lengths();
+        for generation in 1..s.generations {
+            if pool.is_empty() {
+                break;
+            }
+            let t = (generation - 1) as f64 / (s.generations - 1).max(2) as f64;
+            let spread = WIDE.towards(&NARROW, t);
+            let strokes: Vec<Stroke> = (0..s.population)
+                .map(|k| pool[k % pool.len()].stroke.varied(self.tool, &spread, &lengths, rng))
                 .collect();
             pool.extend(self.try_all(&strokes));
             pool = self.fittest(pool);
             on_searched((generation + 1) as f64 / s.generations as f64);
-            if pool.is_empty() {
-                break;
-            }
         }
         pool
+    }
+
+    /// Lengths that a stroke may have now, control steps.
+    fn lengths(&self) -> Vec<usize> {
+        self.settings.lengths.iter().map(|&l| l.min(self.steps_left)).collect()
     }
 
     /// The best strokes, best first, not too many of a kind.
@@ -245,7 +263,7 @@ pub fn come_to_rest<T: Real>(
 }
 
 /// Whether two strokes are of a kind, which have brought the same particles to `a` and `b` from an objective of `before`.
-fn are_kin(a: &[Point], b: &[Point], before: f64) -> bool {
+pub fn are_kin(a: &[Point], b: &[Point], before: f64) -> bool {
     let apart = a.iter().zip(b).map(|(p, q)| distance(*p, *q)).sum::<f64>() / a.len() as f64;
     apart < KIN * before
 }

@@ -17,11 +17,12 @@ use crate::math::rng::{Pcg64, seeded};
 use crate::sim::lanes::Real;
 use crate::sim::{Batch, Options, Params, ParticleState, SimError, Simulator, ToolPose};
 use coarse::Coarse;
-use evolve::{NUDGES, Search, Tried, come_to_rest};
+use evolve::{NUDGES, Search, Tried, are_kin, come_to_rest};
 use stroke::Stroke;
 
-/// A stroke that gains at least this share of the objective is tried beside its place with all particles too.
-const NUDGE_FROM: f64 = 0.1;
+/// A stroke that gains at least this share of the objective is tried beside its place with all particles too, and
+/// compared with others by what can follow it.
+const LARGE_GAIN: f64 = 0.1;
 
 /// Courant number of the searching simulators at most: somewhat below where substeps break down.
 const SEARCH_COURANT: f64 = 0.75;
@@ -38,7 +39,7 @@ pub fn plan_stage<T: Real>(
     let forward_only = Options { memory_limit: 0, ..problem.options.clone() };
     let mut planner = Planner {
         problem,
-        judge: Coarse::new(problem, start, &start.x, start.len()),
+        judge: Coarse::new(problem, start, &start.x, start.len(), search.stray_weight),
         home: &start.x,
         scouts: Batch::<T>::new(&for_search(problem.params), tool, &forward_only),
         batch: Batch::<T>::new(problem.params, tool, &forward_only),
@@ -48,6 +49,9 @@ pub fn plan_stage<T: Real>(
     let emd_initial = stage_emd(problem, &state.x);
     let mut emd_now = emd_initial;
     let mut objective_now = planner.judge.objective_of_all(&state.x);
+    let mut is_clearing = false;
+    // What looking ahead has found for the dough as it is.
+    let mut known: Vec<Tried> = Vec::new();
     let (mut steps, mut strokes) = (0, 0);
     let mut segments: Vec<SegmentTrace> = Vec::new();
     let stop = loop {
@@ -63,34 +67,45 @@ pub fn plan_stage<T: Real>(
             let horizon = search.lengths.iter().copied().max().unwrap_or(0);
             observe(Progress { step: steps, searched, horizon, emd: emd_now, resets });
         };
-        let found = planner.explore(&state, steps_left, on_searched);
+        let pool = std::mem::take(&mut known);
+        let found = planner.explore(&state, steps_left, pool, on_searched);
         if found.is_empty() {
             break StopReason::NoPlace;
         }
-        let Some(outcome) = planner.best(objective_now, &state, found) else {
-            break StopReason::Stuck;
-        };
-        let Outcome { tried, objective, mut horizon, settled, settling } = outcome;
-        horizon.losses = vec![objective_now, tried.objective, objective];
-        let emd_after = stage_emd(problem, &settled.x);
-        let accepted = objective < objective_now * (1.0 - search.least_gain);
-        segments.push(SegmentTrace {
-            placed: true,
-            start_pose: tried.pose,
-            horizon,
-            emd_before: emd_now,
-            emd_after,
-            accepted,
-            reachable: Vec::new(),
-            settling,
-        });
-        if !accepted {
-            break StopReason::Stuck;
+        let outcomes = planner.outcomes(objective_now, &state, found);
+        let best = planner.best_to_go_on(objective_now, steps_left, outcomes);
+        let is_gain = |o: &Outcome| o.objective < objective_now * (1.0 - search.least_gain);
+        let accepted = best.as_ref().is_some_and(|(o, _)| is_gain(o));
+        if let Some((outcome, next)) = best {
+            let Outcome { tried, objective, mut horizon, settled, settling } = outcome;
+            horizon.losses = vec![objective_now, tried.objective, objective];
+            let emd_after = stage_emd(problem, &settled.x);
+            segments.push(SegmentTrace {
+                placed: true,
+                start_pose: tried.pose,
+                horizon,
+                emd_before: emd_now,
+                emd_after,
+                accepted,
+                reachable: Vec::new(),
+                settling,
+            });
+            if accepted {
+                state = settled;
+                (emd_now, objective_now) = (emd_after, objective);
+                steps += tried.stroke.steps;
+                strokes += 1;
+                known = next;
+            }
         }
-        state = settled;
-        (emd_now, objective_now) = (emd_after, objective);
-        steps += tried.stroke.steps;
-        strokes += 1;
+        if !accepted {
+            if is_clearing || !problem.has_gaps {
+                break StopReason::Stuck;
+            }
+            is_clearing = true;
+            planner.judge.stray_weight = search.clearing_weight;
+            objective_now = planner.judge.objective_of_all(&state.x);
+        }
     };
     let resets = usize::max(strokes, 1) - 1;
     StageTrace { segments, end: state, steps, resets, emd_initial, emd_final: emd_now, stop }
@@ -122,70 +137,141 @@ struct Planner<'a, T: Real> {
 }
 
 impl<T: Real> Planner<'_, T> {
-    /// The best strokes that a search with few particles finds, best first.
+    /// The dough by about as many particles as the search goes by.
+    fn coarse(&self, state: &ParticleState) -> Coarse {
+        Coarse::new(self.problem, state, self.home, self.problem.search.particles, self.judge.stray_weight)
+    }
+
+    /// The best strokes that a search with few particles finds, best first. `pool` is what a first generation has found.
     fn explore(
         &mut self,
         state: &ParticleState,
         steps_left: usize,
+        mut pool: Vec<Tried>,
         on_searched: impl FnMut(f64),
     ) -> Vec<Tried> {
+        if pool.is_empty() {
+            pool = self.first_look(state, steps_left);
+        }
+        let coarse = self.coarse(state);
         let Self { problem, scouts, rng, .. } = self;
-        let search = problem.search;
-        let coarse = Coarse::new(problem, state, self.home, search.particles);
+        let all = placement(problem, &state.x, problem.active, &[]);
+        let lowered = |pose: ToolPose| all.lowered(pose);
+        let mut search = search_of(problem, &coarse, &lowered, scouts, steps_left);
+        let found = search.run(pool, rng, on_searched);
+        search.refined(found)
+    }
+
+    /// The best strokes of a first generation, which looks everywhere, best first.
+    fn first_look(&mut self, state: &ParticleState, steps_left: usize) -> Vec<Tried> {
+        let coarse = self.coarse(state);
+        let Self { problem, scouts, rng, .. } = self;
         let motion = coarse.motion();
         let reachable: Vec<Point> =
             coarse.state.x.iter().zip(&motion).map(|(p, m)| std::array::from_fn(|a| p[a] + m[a])).collect();
         let place = placement(problem, &coarse.state.x, &coarse.active, &reachable);
-        let count = search.first_population / 3;
+        let count = problem.search.first_population / 3;
         let seeds = seeds::seeds(&place, problem.params.substeps, &motion, &coarse.strays(), count);
-        if seeds.is_empty() {
-            return Vec::new();
-        }
-        // The executed tool must clear every particle, not just those that the search goes by.
         let all = placement(problem, &state.x, problem.active, &[]);
         let lowered = |pose: ToolPose| all.lowered(pose);
-        let mut finder = Search {
-            settings: search,
-            tool: problem.tool,
-            rest: problem.rest,
-            coarse: &coarse,
-            before: coarse.objective(&coarse.state.x),
-            lowered: &lowered,
-            batch: scouts,
-            gradient_memory: problem.options.memory_limit / problem.options.threads.max(1),
-            steps_left,
-        };
-        let found = finder.run(&seeds, rng, on_searched);
-        finder.refined(found)
+        search_of(problem, &coarse, &lowered, scouts, steps_left).first(&seeds, rng)
     }
 
-    /// The best of the strokes with all particles: few do not tell everything, above all of a knife. If much is to be
-    /// gained, the best one is tried beside its place as well.
-    fn best(&mut self, objective_now: f64, state: &ParticleState, mut found: Vec<Tried>) -> Option<Outcome> {
+    /// What the best strokes do with all particles, best first: few do not tell everything, above all of a knife. If much
+    /// is to be gained, the best one is tried beside its place as well.
+    fn outcomes(&mut self, objective_now: f64, state: &ParticleState, mut found: Vec<Tried>) -> Vec<Outcome> {
         let Self { problem, batch, judge, .. } = self;
         let (problem, judge, search) = (*problem, &*judge, problem.search);
         let all = placement(problem, &state.x, problem.active, &[]);
-        let mut better_of = |best: Option<Outcome>, strokes: &[Tried]| {
+        let mut outcomes: Vec<Outcome> = Vec::new();
+        let mut add = |outcomes: &mut Vec<Outcome>, strokes: &[Tried]| {
             let tried = batch.run(strokes, |sim, tried| execute(sim, problem, judge, state, tried).ok());
+            outcomes.extend(tried.into_iter().flatten());
             let merit = |o: &Outcome| search.merit(objective_now - o.objective, o.tried.stroke.steps);
-            // Of equal ones the first: it is the better one with few particles.
-            let better = |best: Outcome, next: Outcome| if merit(&next) > merit(&best) { next } else { best };
-            best.into_iter().chain(tried.into_iter().flatten()).reduce(better)
+            // A stable sort: of equal ones first the one that is better with few particles.
+            outcomes.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
         };
         found.truncate(search.finalists);
-        let mut best = better_of(None, &found)?;
+        add(&mut outcomes, &found);
         for way in NUDGES {
-            if objective_now - best.objective < NUDGE_FROM * objective_now {
-                break;
-            }
+            let Some(best) = outcomes.first().filter(|o| is_large(objective_now, o)) else { break };
             let beside = |stroke: Stroke| {
                 let pose = all.lowered(stroke.pose_above(problem.rest))?;
                 Some(Tried { stroke, pose, ..best.tried.clone() })
             };
             let near: Vec<Tried> = best.tried.stroke.nudged(way).into_iter().filter_map(beside).collect();
-            best = better_of(Some(best), &near)?;
+            add(&mut outcomes, &near);
         }
-        Some(best)
+        outcomes
+    }
+
+    /// The stroke after which, with the best stroke that a first look finds to follow it, most is gained; and what was
+    /// found to follow it.
+    fn best_to_go_on(
+        &mut self,
+        objective_now: f64,
+        steps_left: usize,
+        outcomes: Vec<Outcome>,
+    ) -> Option<(Outcome, Vec<Tried>)> {
+        let search = self.problem.search;
+        if search.beam < 2 || outcomes.first().is_none_or(|o| !is_large(objective_now, o)) {
+            return outcomes.into_iter().next().map(|o| (o, Vec::new()));
+        }
+        let mut best: Option<(f64, Outcome, Vec<Tried>)> = None;
+        for outcome in of_different_kinds(outcomes, search.beam, objective_now) {
+            let gain = objective_now - outcome.objective;
+            let steps = outcome.tried.stroke.steps;
+            let (mut merit, mut follow) = (search.merit(gain, steps), Vec::new());
+            if steps < steps_left && gain > 0.0 {
+                follow = self.first_look(&outcome.settled, steps_left - steps);
+                let coarse = self.coarse(&outcome.settled);
+                let before = coarse.objective(&coarse.state.x);
+                let total = |t: &Tried| search.merit(gain + before - t.objective, steps + t.stroke.steps);
+                merit = follow.iter().map(total).fold(merit, f64::max);
+            }
+            if best.as_ref().is_none_or(|b| merit > b.0) {
+                best = Some((merit, outcome, follow));
+            }
+        }
+        best.map(|(_, outcome, follow)| (outcome, follow))
+    }
+}
+
+/// Whether a stroke gains much of what is left.
+fn is_large(objective_now: f64, outcome: &Outcome) -> bool {
+    objective_now - outcome.objective >= LARGE_GAIN * objective_now
+}
+
+/// The first of the outcomes, and the first that leave other dough: strokes of a kind have the same future.
+fn of_different_kinds(outcomes: Vec<Outcome>, most: usize, objective_now: f64) -> Vec<Outcome> {
+    let mut kept: Vec<Outcome> = Vec::new();
+    for outcome in outcomes {
+        let is_kin = |other: &Outcome| are_kin(&other.settled.x, &outcome.settled.x, objective_now);
+        if kept.len() < most && !kept.iter().any(is_kin) {
+            kept.push(outcome);
+        }
+    }
+    kept
+}
+
+/// A search for a stroke. `lowered` lets the executed tool clear every particle, not just those that the search goes by.
+fn search_of<'a, T: Real>(
+    problem: &StageProblem<'a>,
+    coarse: &'a Coarse,
+    lowered: &'a (dyn Fn(ToolPose) -> Option<ToolPose> + Sync),
+    batch: &'a mut Batch<T>,
+    steps_left: usize,
+) -> Search<'a, T> {
+    Search {
+        settings: problem.search,
+        tool: problem.tool,
+        rest: problem.rest,
+        coarse,
+        before: coarse.objective(&coarse.state.x),
+        lowered,
+        batch,
+        gradient_memory: problem.options.memory_limit / problem.options.threads.max(1),
+        steps_left,
     }
 }
 
