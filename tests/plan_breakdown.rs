@@ -6,7 +6,7 @@ use donut::plan::losses::{Aim, Goal};
 use donut::plan::optimize::optimize;
 use donut::plan::settings::{Effort, Method, SearchSettings};
 use donut::plan::{StageProblem, StopReason, plan_stage};
-use donut::sim::{Options, ParticleState, SimError, Simulator, ToolPose};
+use donut::sim::{Options, ParticleState, Shape, SimError, Simulator, ToolPose};
 use donut::task::{Scene, load_scene};
 
 /// The task `donut` with few particles, a pole that crosses a cell in a substep, and an optimiser that uses all of
@@ -24,6 +24,9 @@ const STEPS: usize = 4;
 fn world() -> World {
     let mut scene = load_scene("donut").unwrap();
     assert_eq!(scene.tools[POLE].tool.name, "pole");
+    // Thick enough that it tears the dough and does not just pass through.
+    scene.tools[POLE].tool.shape = Shape::Capsule { radius: 0.03, length: 0.2 };
+    scene.tools[POLE].tool.lower_bound[1] = 0.13;
     scene.tools[POLE].tool.action_scale = vec![0.4; 3];
     scene.planner.learning_rate = 1.0;
     scene.planner.horizon = STEPS;
