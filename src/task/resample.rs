@@ -29,7 +29,9 @@ pub fn resample(cloud: &[Point], count: usize, seed: u64) -> Vec<Point> {
     let mut rng = seeded(seed, "resample");
     let distinct = distinct(cloud);
     let volume = measure_volume(&distinct);
-    let mut pool = multiplied(&distinct, CANDIDATES * count, volume, &mut rng);
+    // At least as many new ones as are wanted: another seed must be another sample of a large cloud too.
+    let wanted = usize::max(CANDIDATES * count, distinct.len() + count);
+    let mut pool = multiplied(&distinct, wanted, volume, &mut rng);
     if volume == 0.0 {
         pool.truncate(count);
         return pool;
@@ -202,7 +204,9 @@ mod tests {
     fn repeats_by_seed() {
         let cloud = random_ball(300);
         assert_eq!(resample(&cloud, 500, 1), resample(&cloud, 500, 1));
+        // Of few points, and of more than enough: what a perfect shape scores is measured by two samples.
         assert_ne!(resample(&cloud, 500, 1), resample(&cloud, 500, 2));
+        assert_ne!(resample(&cloud, 50, 1), resample(&cloud, 50, 2));
     }
 
     #[test]
