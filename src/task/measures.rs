@@ -10,7 +10,7 @@ use crate::math::neighbours::Neighbours;
 
 /// Particles nearer than this belong together, in spacings: in an even cloud the nearest are 1 apart, in a
 /// random one hardly ever more than 2.
-pub const LINK: f64 = 2.0;
+const LINK: f64 = 2.0;
 /// Pieces smaller than this share of all particles are crumbs.
 const CRUMB: f64 = 0.01;
 /// Seen from above, a place farther than this from all particles is free, in spacings.
@@ -57,9 +57,9 @@ pub struct HoleMeasures {
 impl ShapeMeasures {
     /// Measures `cloud` against `goal`, both with particles about `spacing` apart, m.
     pub fn of(cloud: &[Point], goal: &[Point], spacing: f64) -> Self {
-        let least = CRUMB * cloud.len() as f64;
-        let crumbs: usize =
-            piece_sizes(cloud, spacing).into_iter().filter(|size| (*size as f64) < least).sum();
+        let sizes: Vec<usize> = connected(cloud, spacing).iter().map(Vec::len).collect();
+        let (pieces, crumbs): (Vec<usize>, Vec<usize>) =
+            sizes.into_iter().partition(|size| is_piece(*size, cloud.len()));
         let mut open = holes(cloud, spacing);
         let measured = wanted_holes(goal, spacing).into_iter().map(|wanted| {
             // The dough's hole that is nearest to the goal's; each serves once.
@@ -78,28 +78,32 @@ impl ShapeMeasures {
         });
         Self {
             holes: measured.collect(),
-            pieces: pieces(cloud, spacing),
-            pieces_of_goal: pieces(goal, spacing),
-            crumbs: crumbs as f64 / cloud.len() as f64,
+            pieces: pieces.len(),
+            pieces_of_goal: count_pieces(goal, spacing),
+            crumbs: crumbs.iter().sum::<usize>() as f64 / cloud.len() as f64,
         }
     }
 }
 
 /// Whether a cloud has a hole or is in several pieces.
 pub fn has_gaps(cloud: &[Point], spacing: f64) -> bool {
-    pieces(cloud, spacing) > 1 || !wanted_holes(cloud, spacing).is_empty()
+    count_pieces(cloud, spacing) > 1 || !wanted_holes(cloud, spacing).is_empty()
+}
+
+/// What hangs together: indices of the particles of each part of a cloud whose particles are about `spacing` apart, m.
+pub fn connected(cloud: &[Point], spacing: f64) -> Vec<Vec<usize>> {
+    let link = LINK * spacing;
+    Neighbours::new(cloud, link).pieces(link)
 }
 
 /// Number of connected pieces, crumbs left out.
-fn pieces(cloud: &[Point], spacing: f64) -> usize {
-    let least = CRUMB * cloud.len() as f64;
-    piece_sizes(cloud, spacing).into_iter().filter(|size| *size as f64 >= least).count()
+fn count_pieces(cloud: &[Point], spacing: f64) -> usize {
+    connected(cloud, spacing).iter().filter(|part| is_piece(part.len(), cloud.len())).count()
 }
 
-/// Numbers of particles in the connected pieces.
-fn piece_sizes(cloud: &[Point], spacing: f64) -> Vec<usize> {
-    let link = LINK * spacing;
-    Neighbours::new(cloud, link).pieces(link).iter().map(Vec::len).collect()
+/// Whether so many particles are no crumb.
+fn is_piece(size: usize, all: usize) -> bool {
+    size as f64 >= CRUMB * all as f64
 }
 
 /// The holes of a goal.

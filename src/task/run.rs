@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use super::error::StageError;
-use super::measures::{LINK, ShapeMeasures, has_gaps};
+use super::measures::{ShapeMeasures, has_gaps};
 use super::pieces::{PieceId, Pieces};
 use super::scene::Scene;
 use super::subgoal::{StagePlan, Subgoal, low_quantile};
@@ -152,7 +152,7 @@ pub fn run_task(
         let run = run_stage(scene, subgoal, &mut state, planning, seed, options, |p| {
             observe(RunEvent::Progress(p))
         });
-        run.subgoal.relabel(&mut pieces, &state.x, LINK * apart, |a, b| assign(a, b).target_of);
+        run.subgoal.relabel(&mut pieces, &state.x, apart, |a, b| assign(a, b).target_of);
         observe(RunEvent::StageDone { index, run: &run });
         runs.push(run);
     }

@@ -5,12 +5,12 @@
 //! and llm's stage type.
 
 use super::error::StageError;
+use super::measures::connected;
 use super::pieces::{Piece, PieceId, Pieces, weights};
 use super::resample::{resample, shares};
 use crate::llm::lineage::LivePieces;
 use crate::llm::stage::{NamedCloud, Stage};
 use crate::math::cloud::{Bounds, Point};
-use crate::math::neighbours::Neighbours;
 use crate::math::volume::measure_volume;
 
 /// Share of a piece's points that may lie below the table's surface: where a cloud ends must not hang on
@@ -67,15 +67,15 @@ pub struct Subgoal {
 
 impl Subgoal {
     /// After the stage: each active particle goes to the piece of the target point that it is matched with, but dough
-    /// that hangs together, by links of up to `link`, m, and by [`VERDICT`] belongs to one piece, goes to that as a
-    /// whole: unequal halves stay two halves, and no later stage drags a part of one to the other.
+    /// that hangs together, where particles are about `spacing` apart, m, and by [`VERDICT`] belongs to one piece, goes to
+    /// that as a whole: unequal halves stay two halves, and no later stage drags a part of one to the other.
     /// `positions` are of all particles, m. `matching` gets the active particles and the target, equally many,
     /// and returns for each particle the index of its target point; exact assignment is meant.
     pub fn relabel(
         &self,
         pieces: &mut Pieces,
         positions: &[Point],
-        link: f64,
+        spacing: f64,
         matching: impl FnOnce(&[Point], &[Point]) -> Vec<usize>,
     ) {
         let active: Vec<Point> = self.active.iter().map(|&i| positions[i]).collect();
@@ -85,7 +85,7 @@ impl Subgoal {
         let mut outputs = self.piece_of_target.clone();
         outputs.dedup();
         let mut voted = matched.clone();
-        for members in Neighbours::new(&active, link).pieces(link) {
+        for members in connected(&active, spacing) {
             let votes = |piece: PieceId| members.iter().filter(|&&i| matched[i] == piece).count();
             let verdict = outputs.iter().copied().max_by_key(|&piece| votes(piece));
             if let Some(piece) = verdict.filter(|&p| votes(p) as f64 >= VERDICT * members.len() as f64) {

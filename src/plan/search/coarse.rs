@@ -11,7 +11,7 @@ use crate::sim::ParticleState;
 
 /// The dough of a stage, by fewer particles.
 #[derive(Clone, Debug)]
-pub struct Coarse {
+pub struct Coarse<'a> {
     pub state: ParticleState,
     /// Which of `state` the stage is about.
     pub active: Vec<usize>,
@@ -23,11 +23,8 @@ pub struct Coarse {
     ids: Vec<usize>,
     /// As many points as `active`, m.
     pub target: Vec<Point>,
-    /// The whole target, and sorted to find what strays from it.
-    whole: Vec<Point>,
-    near: KdTree,
-    /// Mean distance of a point of the whole target to the next, m.
-    spacing: f64,
+    /// The whole target.
+    near_target: &'a NearTarget<'a>,
     /// What straying costs against a way of the same length.
     pub stray_weight: f64,
     /// By how much the EMD may be missed, m.
@@ -51,13 +48,36 @@ fn stray_cost(beyond: f64, scale: f64) -> (f64, f64) {
     (scale * beyond * beyond / sum, 2.0 * scale.powi(3) * beyond / (sum * sum))
 }
 
-impl Coarse {
+/// The whole target of a stage, sorted to find what strays from it.
+#[derive(Clone, Debug)]
+pub struct NearTarget<'a> {
+    points: &'a [Point],
+    tree: KdTree,
+    /// Mean distance of a point to the next, m.
+    spacing: f64,
+}
+
+impl<'a> NearTarget<'a> {
+    /// Sorts the points, m.
+    pub fn new(points: &'a [Point]) -> Self {
+        Self { points, tree: KdTree::new(points), spacing: spacing(points) }
+    }
+
+    /// The nearest point, and how far beyond the neighbourhood of the target `x` is, m; none if there is no point.
+    fn beyond(&self, x: Point) -> Option<(Point, f64)> {
+        let nearest = self.tree.nearest(x)?;
+        Some((self.points[nearest.index], (nearest.distance - STRAY_FROM * self.spacing).max(0.0)))
+    }
+}
+
+impl<'a> Coarse<'a> {
     /// An even choice of about `count` of all particles, and of the target in proportion.
     ///
     /// MPM's accelerations do not depend on the mass of a particle, so that fewer of them are the same dough. `home`
     /// are the places of the whole dough that particles which the stage is not about should keep.
     pub fn new(
         problem: &StageProblem<'_>,
+        near_target: &'a NearTarget<'a>,
         state: &ParticleState,
         home: &[Point],
         count: usize,
@@ -80,15 +100,13 @@ impl Coarse {
             even_subset(problem.target, active.len()).into_iter().map(|k| problem.target[k]).collect();
         Self {
             tolerance: if ids.len() < n { TOLERANCE * spacing(&target) } else { 0.0 },
-            spacing: spacing(problem.target),
+            near_target,
             stray_weight,
             state: state.select(&ids),
             active: (0..active.len()).collect(),
             others: (active.len()..ids.len()).collect(),
             home: ids.iter().map(|&i| home[i]).collect(),
             ids,
-            near: KdTree::new(problem.target),
-            whole: problem.target.to_vec(),
             target,
         }
     }
@@ -107,31 +125,26 @@ impl Coarse {
         let share = 1.0 / x.len() as f64;
         let mut sum = 0.0;
         let mut adj = vec![[0.0; 3]; x.len()];
-        // `cost` gives a value and a slope.
-        let mut pull = |i: usize, to: Point, cost: &dyn Fn(f64) -> (f64, f64)| {
+        // What a distance costs has a value and a slope.
+        let mut pull = |i: usize, to: Point, (value, slope): (f64, f64)| {
+            sum += value;
             let d = distance(x[i], to);
             if d > 0.0 {
-                let (value, slope) = cost(d);
-                sum += value;
                 for a in 0..3 {
                     adj[i][a] += share * slope * (x[i][a] - to[a]) / d;
                 }
             }
         };
-        let way = |d: f64| (d, 1.0);
-        let straying = |d: f64| {
-            let beyond = (d - STRAY_FROM * self.spacing).max(0.0);
-            let (value, slope) = stray_cost(beyond, HALFWAY * self.spacing);
-            (self.stray_weight * value, self.stray_weight * slope)
-        };
         for (&i, &t) in self.active.iter().zip(&matched) {
-            pull(i, self.target[t], &way);
-            if let Some(nearest) = self.near.nearest(x[i]) {
-                pull(i, self.whole[nearest.index], &straying);
+            let to = self.target[t];
+            pull(i, to, (distance(x[i], to), 1.0));
+            if let Some((nearest, beyond)) = self.near_target.beyond(x[i]) {
+                let (value, slope) = stray_cost(beyond, HALFWAY * self.near_target.spacing);
+                pull(i, nearest, (self.stray_weight * value, self.stray_weight * slope));
             }
         }
         for &i in &self.others {
-            pull(i, self.home[i], &way);
+            pull(i, self.home[i], (distance(x[i], self.home[i]), 1.0));
         }
         (sum * share, adj)
     }
@@ -153,8 +166,8 @@ impl Coarse {
 
     /// Active particles that are far from every point of the target.
     pub fn strays(&self) -> Vec<usize> {
-        let far = STRAY_FROM * self.spacing;
-        let is_stray = |i: &usize| self.near.nearest(self.state.x[*i]).is_some_and(|n| n.distance > far);
+        let is_stray =
+            |i: &usize| self.near_target.beyond(self.state.x[*i]).is_some_and(|(_, beyond)| beyond > 0.0);
         self.active.iter().copied().filter(is_stray).collect()
     }
 
@@ -241,9 +254,10 @@ mod tests {
             (0..n).map(|_| std::array::from_fn(|_| at + 0.1 * uniform(&mut rng))).collect()
         };
         let (x, target) = (cloud(40, 0.4), cloud(30, 0.45));
+        // So close that most of the dough strays.
+        let near_target = NearTarget { spacing: 0.004, ..NearTarget::new(&target) };
         let coarse = Coarse {
-            // So close that most of the dough strays.
-            spacing: 0.004,
+            near_target: &near_target,
             stray_weight: 20.0,
             tolerance: 0.0,
             state: ParticleState::at_rest(x.clone()),
@@ -251,8 +265,6 @@ mod tests {
             others: (30..40).collect(),
             home: x.clone(),
             ids: (0..40).collect(),
-            near: KdTree::new(&target),
-            whole: target.clone(),
             target: target.clone(),
         };
         let mut there = x.clone();

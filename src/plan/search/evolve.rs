@@ -55,7 +55,7 @@ pub struct Search<'a, T: Real> {
     pub settings: &'a SearchSettings,
     pub tool: &'a Tool,
     pub rest: &'a ToolPose,
-    pub coarse: &'a Coarse,
+    pub coarse: &'a Coarse<'a>,
     /// Its objective before any stroke, m.
     pub before: f64,
     /// Brings a tool down onto the dough, if it fits there.
@@ -203,7 +203,7 @@ struct Left {
 struct Descent<'a> {
     tool: &'a Tool,
     rest: &'a ToolPose,
-    coarse: &'a Coarse,
+    coarse: &'a Coarse<'a>,
     lowered: &'a (dyn Fn(ToolPose) -> Option<ToolPose> + Sync),
     rate: f64,
 }

@@ -16,8 +16,9 @@ use crate::math::cloud::Point;
 use crate::math::rng::{Pcg64, seeded};
 use crate::sim::lanes::Real;
 use crate::sim::{Batch, Options, Params, ParticleState, SimError, Simulator, ToolPose};
-use coarse::Coarse;
+use coarse::{Coarse, NearTarget};
 use evolve::{NUDGES, Search, Tried, are_kin, come_to_rest};
+use seeds::Seed;
 use stroke::Stroke;
 
 /// A stroke that gains at least this share of the objective is tried beside its place with all particles too, and
@@ -37,9 +38,11 @@ pub fn plan_stage<T: Real>(
     let tool = std::slice::from_ref(problem.tool);
     // Nothing is differentiated with all particles: keep no substeps.
     let forward_only = Options { memory_limit: 0, ..problem.options.clone() };
+    let near_target = NearTarget::new(problem.target);
     let mut planner = Planner {
         problem,
-        judge: Coarse::new(problem, start, &start.x, start.len(), search.stray_weight),
+        near_target: &near_target,
+        judge: Coarse::new(problem, &near_target, start, &start.x, start.len(), search.stray_weight),
         home: &start.x,
         scouts: Batch::<T>::new(&for_search(problem.params), tool, &forward_only),
         batch: Batch::<T>::new(problem.params, tool, &forward_only),
@@ -126,8 +129,9 @@ struct Outcome {
 /// What a stage's search carries from stroke to stroke.
 struct Planner<'a, T: Real> {
     problem: &'a StageProblem<'a>,
+    near_target: &'a NearTarget<'a>,
     /// The objective of all particles.
-    judge: Coarse,
+    judge: Coarse<'a>,
     /// Where the dough was when the stage began, m.
     home: &'a [Point],
     /// Simulators to search with, and those in which strokes are executed.
@@ -137,44 +141,51 @@ struct Planner<'a, T: Real> {
 }
 
 impl<T: Real> Planner<'_, T> {
-    /// The dough by about as many particles as the search goes by.
-    fn coarse(&self, state: &ParticleState) -> Coarse {
-        Coarse::new(self.problem, state, self.home, self.problem.search.particles, self.judge.stray_weight)
-    }
-
-    /// The best strokes that a search with few particles finds, best first. `pool` is what a first generation has found.
+    /// The best strokes that a search with few particles finds, best first. `pool` is what a first look has found.
     fn explore(
         &mut self,
         state: &ParticleState,
         steps_left: usize,
-        mut pool: Vec<Tried>,
+        pool: Vec<Tried>,
         on_searched: impl FnMut(f64),
     ) -> Vec<Tried> {
-        if pool.is_empty() {
-            pool = self.first_look(state, steps_left);
-        }
-        let coarse = self.coarse(state);
-        let Self { problem, scouts, rng, .. } = self;
-        let all = placement(problem, &state.x, problem.active, &[]);
-        let lowered = |pose: ToolPose| all.lowered(pose);
-        let mut search = search_of(problem, &coarse, &lowered, scouts, steps_left);
-        let found = search.run(pool, rng, on_searched);
-        search.refined(found)
+        self.search(state, steps_left, |search, seeds, rng| {
+            let pool = if pool.is_empty() { search.first(&seeds(), rng) } else { pool };
+            let found = search.run(pool, rng, on_searched);
+            search.refined(found)
+        })
     }
 
-    /// The best strokes of a first generation, which looks everywhere, best first.
-    fn first_look(&mut self, state: &ParticleState, steps_left: usize) -> Vec<Tried> {
-        let coarse = self.coarse(state);
-        let Self { problem, scouts, rng, .. } = self;
-        let motion = coarse.motion();
-        let reachable: Vec<Point> =
-            coarse.state.x.iter().zip(&motion).map(|(p, m)| std::array::from_fn(|a| p[a] + m[a])).collect();
-        let place = placement(problem, &coarse.state.x, &coarse.active, &reachable);
-        let count = problem.search.first_population / 3;
-        let seeds = seeds::seeds(&place, problem.params.substeps, &motion, &coarse.strays(), count);
+    /// The best strokes of a first generation, which looks everywhere, best first; and the objective before them, m.
+    fn first_look(&mut self, state: &ParticleState, steps_left: usize) -> (Vec<Tried>, f64) {
+        self.search(state, steps_left, |search, seeds, rng| (search.first(&seeds(), rng), search.before))
+    }
+
+    /// Gives `run` a search for strokes on few of the particles, and the seeds for it.
+    fn search<R>(
+        &mut self,
+        state: &ParticleState,
+        steps_left: usize,
+        run: impl FnOnce(&mut Search<'_, T>, &dyn Fn() -> Vec<Seed>, &mut Pcg64) -> R,
+    ) -> R {
+        let Self { problem, near_target, judge, home, scouts, rng, .. } = self;
+        let (problem, particles) = (*problem, problem.search.particles);
+        let coarse = Coarse::new(problem, near_target, state, home, particles, judge.stray_weight);
+        // The executed tool must clear every particle, not just those that the search goes by.
         let all = placement(problem, &state.x, problem.active, &[]);
         let lowered = |pose: ToolPose| all.lowered(pose);
-        search_of(problem, &coarse, &lowered, scouts, steps_left).first(&seeds, rng)
+        let mut search = Search {
+            settings: problem.search,
+            tool: problem.tool,
+            rest: problem.rest,
+            coarse: &coarse,
+            before: coarse.objective(&coarse.state.x),
+            lowered: &lowered,
+            batch: scouts,
+            gradient_memory: problem.options.memory_limit / problem.options.threads.max(1),
+            steps_left,
+        };
+        run(&mut search, &|| seeds_on(problem, &coarse), rng)
     }
 
     /// What the best strokes do with all particles, best first: few do not tell everything, above all of a knife. If much
@@ -223,11 +234,10 @@ impl<T: Real> Planner<'_, T> {
             let steps = outcome.tried.stroke.steps;
             let (mut merit, mut follow) = (search.merit(gain, steps), Vec::new());
             if steps < steps_left && gain > 0.0 {
-                follow = self.first_look(&outcome.settled, steps_left - steps);
-                let coarse = self.coarse(&outcome.settled);
-                let before = coarse.objective(&coarse.state.x);
+                let (next, before) = self.first_look(&outcome.settled, steps_left - steps);
                 let total = |t: &Tried| search.merit(gain + before - t.objective, steps + t.stroke.steps);
-                merit = follow.iter().map(total).fold(merit, f64::max);
+                merit = next.iter().map(total).fold(merit, f64::max);
+                follow = next;
             }
             if best.as_ref().is_none_or(|b| merit > b.0) {
                 best = Some((merit, outcome, follow));
@@ -254,25 +264,14 @@ fn of_different_kinds(outcomes: Vec<Outcome>, most: usize, objective_now: f64) -
     kept
 }
 
-/// A search for a stroke. `lowered` lets the executed tool clear every particle, not just those that the search goes by.
-fn search_of<'a, T: Real>(
-    problem: &StageProblem<'a>,
-    coarse: &'a Coarse,
-    lowered: &'a (dyn Fn(ToolPose) -> Option<ToolPose> + Sync),
-    batch: &'a mut Batch<T>,
-    steps_left: usize,
-) -> Search<'a, T> {
-    Search {
-        settings: problem.search,
-        tool: problem.tool,
-        rest: problem.rest,
-        coarse,
-        before: coarse.objective(&coarse.state.x),
-        lowered,
-        batch,
-        gradient_memory: problem.options.memory_limit / problem.options.threads.max(1),
-        steps_left,
-    }
+/// Places from which strokes on the dough may begin.
+fn seeds_on(problem: &StageProblem<'_>, coarse: &Coarse<'_>) -> Vec<Seed> {
+    let motion = coarse.motion();
+    let reachable: Vec<Point> =
+        coarse.state.x.iter().zip(&motion).map(|(p, m)| std::array::from_fn(|a| p[a] + m[a])).collect();
+    let place = placement(problem, &coarse.state.x, &coarse.active, &reachable);
+    let count = problem.search.first_population / 3;
+    seeds::seeds(&place, problem.params.substeps, &motion, &coarse.strays(), count)
 }
 
 /// The same world with control steps of as few substeps as [`SEARCH_COURANT`] lets pass.
@@ -303,7 +302,7 @@ fn placement<'a>(
 fn execute<T: Real>(
     sim: &mut Simulator<T>,
     problem: &StageProblem<'_>,
-    judge: &Coarse,
+    judge: &Coarse<'_>,
     start: &ParticleState,
     tried: &Tried,
 ) -> Result<Outcome, SimError> {
