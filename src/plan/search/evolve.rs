@@ -79,9 +79,13 @@ impl<T: Real> Search<'_, T> {
             .map(|k| {
                 let seed = &seeds[k % seeds.len()];
                 let begin = Stroke { steps: pick(&lengths, rng), ..seed.stroke.clone() };
-                begin
-                    .with_random_knots(self.tool, seed.dive, &seed.lean, s.knots, rng)
-                    .perhaps_stirring(self.tool, seed.dive, longest, rng)
+                begin.with_random_knots(self.tool, seed.dive, &seed.lean, s.knots, rng).perhaps_stirring(
+                    self.tool,
+                    seed.dive,
+                    seed.stirring,
+                    longest,
+                    rng,
+                )
             })
             .collect();
         let pool = self.try_all(&strokes);

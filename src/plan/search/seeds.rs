@@ -14,6 +14,9 @@ use crate::sim::tool::{PoseAdj, Tool};
 const YAWS: usize = 8;
 /// Seeds differ in place by at least this, m, or in yaw.
 const APART: f64 = 0.02;
+/// Which share of the strokes from seeds inside the dough only stir, and of those that go by the strays alone.
+const STIRRING: f64 = 0.3;
+const CLEARING: f64 = 0.9;
 /// Dough farther from the tool than this does not say where to push, m.
 const NEAR: f64 = 0.03;
 
@@ -24,6 +27,8 @@ pub struct Seed {
     pub stroke: Stroke,
     /// How far the tool first goes down into the dough, m.
     pub dive: f64,
+    /// Which share of the strokes from here only stir.
+    pub stirring: f64,
     /// Where it should go then: a direction in the space of actions, whose largest component is 1 or -1, or all
     /// are 0.
     pub lean: Vec<f64>,
@@ -52,22 +57,24 @@ pub fn seeds(
             if dive > 0.0 {
                 let [x, _, z] = pose.position;
                 let pose = ToolPose { position: [x, lowest, z], ..pose };
-                inside.push(Scored { score: place.score(&pose), stroke: stroke.clone(), pose, dive });
+                let score = place.score(&pose);
+                inside.push(Scored { score, stroke: stroke.clone(), pose, dive, stirring: STIRRING });
                 let score = place.score_of(&pose, strays);
                 if score > 0.0 {
-                    clearing.push(Scored { score, stroke: stroke.clone(), pose, dive });
+                    clearing.push(Scored { score, stroke: stroke.clone(), pose, dive, stirring: CLEARING });
                 }
             }
-            touching.push(Scored { score: place.score(&pose), stroke, pose, dive: 0.0 });
+            touching.push(Scored { score: place.score(&pose), stroke, pose, dive: 0.0, stirring: 0.0 });
         }
     }
     // Scores of the kinds do not compare: inside, the tool is near to far more dough.
     let mut chosen = apart(place.tool, inside, count / 3);
-    chosen.extend(apart(place.tool, clearing, count / 6));
+    chosen.extend(apart(place.tool, clearing, count / 5));
     let rest = count - chosen.len();
     chosen.extend(apart(place.tool, touching, rest));
     let lean = |pose: &ToolPose| lean(place, substeps, motion, pose);
-    chosen.into_iter().map(|s| Seed { lean: lean(&s.pose), stroke: s.stroke, dive: s.dive }).collect()
+    let seed = |s: Scored| Seed { lean: lean(&s.pose), stroke: s.stroke, dive: s.dive, stirring: s.stirring };
+    chosen.into_iter().map(seed).collect()
 }
 
 /// A place and what it promises.
@@ -76,6 +83,7 @@ struct Scored {
     stroke: Stroke,
     pose: ToolPose,
     dive: f64,
+    stirring: f64,
 }
 
 /// The best `count` that differ from one another.
