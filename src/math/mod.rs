@@ -3,6 +3,7 @@
 pub mod check;
 pub mod cloud;
 pub mod hollow;
+pub mod hull;
 pub mod kd_tree;
 pub mod neighbours;
 pub mod quaternion;

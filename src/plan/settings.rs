@@ -93,9 +93,9 @@ pub struct SearchSettings {
     pub particles: usize,
     /// What dough costs that is far from every point of the target, against a way of the same length.
     pub stray_weight: f64,
-    /// The same once nothing more is found, if the target has holes or is in several pieces: the EMD alone hardly feels a
-    /// thin membrane in a hole, or a smear between two halves.
-    pub clearing_weight: f64,
+    /// What dough costs that is in a hole of the target or between its pieces, once nothing more is found: the EMD alone
+    /// hardly feels a thin membrane, or a smear between two halves.
+    pub gap_weight: f64,
     /// Strokes that the first generation tries: it is the only one that looks everywhere.
     pub first_population: usize,
     /// Strokes that every other generation tries.
@@ -140,7 +140,7 @@ impl SearchSettings {
         Self {
             particles,
             stray_weight: 2.0,
-            clearing_weight: 100.0,
+            gap_weight: 100.0,
             first_population: 64,
             population,
             generations,

@@ -4,6 +4,7 @@
 
 use crate::emd::exact::{assign, assign_within};
 use crate::math::cloud::{Bounds, Point, distance, sub};
+use crate::math::hull::HullFromAbove;
 use crate::math::kd_tree::KdTree;
 use crate::math::neighbours::Neighbours;
 use crate::plan::stage::StageProblem;
@@ -25,10 +26,19 @@ pub struct Coarse<'a> {
     pub target: Vec<Point>,
     /// The whole target.
     near_target: &'a NearTarget<'a>,
-    /// What straying costs against a way of the same length.
-    pub stray_weight: f64,
+    /// What dough costs that strays or is in a gap.
+    pub weights: Weights,
     /// By how much the EMD may be missed, m.
     tolerance: f64,
+}
+
+/// What dough costs that is where none should be, against a way of the same length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights {
+    /// Dough that is far from every point of the target.
+    pub stray: f64,
+    /// Dough in the gaps of the target: in its holes and between its pieces, as seen from above.
+    pub gap: f64,
 }
 
 /// The tolerance of the EMD, as a part of the distance between points: strokes that differ by less are as good as each
@@ -37,6 +47,8 @@ const TOLERANCE: f64 = 0.01;
 
 /// Dough that is farther than this from every point of the whole target strays, in spacings of the target.
 const STRAY_FROM: f64 = 2.0;
+/// Dough that is farther than this from every point of the target as seen from above, and yet between them, is in a gap.
+const GAP_FROM: f64 = 1.0;
 /// So far beyond that, a particle costs half of what it may cost at most, in spacings.
 const HALFWAY: f64 = 3.0;
 
@@ -53,14 +65,37 @@ fn stray_cost(beyond: f64, scale: f64) -> (f64, f64) {
 pub struct NearTarget<'a> {
     points: &'a [Point],
     tree: KdTree,
+    /// The points as seen from above, and their hull.
+    shadow: KdTree,
+    hull: HullFromAbove,
     /// Mean distance of a point to the next, m.
     spacing: f64,
+}
+
+/// A point as seen from above.
+fn flat(p: Point) -> Point {
+    [p[0], 0.0, p[2]]
 }
 
 impl<'a> NearTarget<'a> {
     /// Sorts the points, m.
     pub fn new(points: &'a [Point]) -> Self {
-        Self { points, tree: KdTree::new(points), spacing: spacing(points) }
+        let shadow: Vec<Point> = points.iter().map(|p| flat(*p)).collect();
+        Self {
+            points,
+            tree: KdTree::new(points),
+            shadow: KdTree::new(&shadow),
+            hull: HullFromAbove::of(points),
+            spacing: spacing(points),
+        }
+    }
+
+    /// If `x` is in a gap of the target, the nearest place out of it at the same height, and how far in it is, m.
+    fn in_gap(&self, x: Point) -> Option<(Point, f64)> {
+        let nearest = self.shadow.nearest(flat(x))?;
+        let depth = nearest.distance - GAP_FROM * self.spacing;
+        let [out_x, _, out_z] = self.points[nearest.index];
+        (depth > 0.0 && self.hull.contains(x)).then_some(([out_x, x[1], out_z], depth))
     }
 
     /// The nearest point, and how far beyond the neighbourhood of the target `x` is, m; none if there is no point.
@@ -81,7 +116,7 @@ impl<'a> Coarse<'a> {
         state: &ParticleState,
         home: &[Point],
         count: usize,
-        stray_weight: f64,
+        weights: Weights,
     ) -> Self {
         let n = state.len();
         let share = (count as f64 / n as f64).min(1.0);
@@ -101,7 +136,7 @@ impl<'a> Coarse<'a> {
         Self {
             tolerance: if ids.len() < n { TOLERANCE * spacing(&target) } else { 0.0 },
             near_target,
-            stray_weight,
+            weights,
             state: state.select(&ids),
             active: (0..active.len()).collect(),
             others: (active.len()..ids.len()).collect(),
@@ -112,7 +147,7 @@ impl<'a> Coarse<'a> {
     }
 
     /// What a stage wants small, m: the EMD of the active dough to its target, what it costs that some of it strays from
-    /// the target's neighbourhood, and the way that the other dough has gone; by their shares.
+    /// the target's neighbourhood or is in its gaps, and the way that the other dough has gone; by their shares.
     pub fn objective(&self, x: &[Point]) -> f64 {
         self.objective_adj(x).0
     }
@@ -138,9 +173,13 @@ impl<'a> Coarse<'a> {
         for (&i, &t) in self.active.iter().zip(&matched) {
             let to = self.target[t];
             pull(i, to, (distance(x[i], to), 1.0));
-            if let Some((nearest, beyond)) = self.near_target.beyond(x[i]) {
-                let (value, slope) = stray_cost(beyond, HALFWAY * self.near_target.spacing);
-                pull(i, nearest, (self.stray_weight * value, self.stray_weight * slope));
+            let Weights { stray, gap } = self.weights;
+            let scale = HALFWAY * self.near_target.spacing;
+            let strays = self.near_target.beyond(x[i]).map(|place| (place, stray));
+            let gap_place = if gap > 0.0 { self.near_target.in_gap(x[i]) } else { None };
+            for ((out, depth), weight) in strays.into_iter().chain(gap_place.map(|place| (place, gap))) {
+                let (value, slope) = stray_cost(depth, scale);
+                pull(i, out, (weight * value, weight * slope));
             }
         }
         for &i in &self.others {
@@ -164,11 +203,15 @@ impl<'a> Coarse<'a> {
         self.objective(&own)
     }
 
-    /// Active particles that are far from every point of the target.
+    /// Active particles that are where they cost most: in a gap of the target if that is what counts, or far from every
+    /// point of it.
     pub fn strays(&self) -> Vec<usize> {
-        let is_stray =
-            |i: &usize| self.near_target.beyond(self.state.x[*i]).is_some_and(|(_, beyond)| beyond > 0.0);
-        self.active.iter().copied().filter(is_stray).collect()
+        let near = self.near_target;
+        let is_stray = |x: Point| match self.weights.gap {
+            0.0 => near.beyond(x).is_some_and(|(_, beyond)| beyond > 0.0),
+            _ => near.in_gap(x).is_some(),
+        };
+        self.active.iter().copied().filter(|&i| is_stray(self.state.x[i])).collect()
     }
 
     /// For every particle the way that it should go, m: active ones to their match, others nowhere.
@@ -258,7 +301,7 @@ mod tests {
         let near_target = NearTarget { spacing: 0.004, ..NearTarget::new(&target) };
         let coarse = Coarse {
             near_target: &near_target,
-            stray_weight: 20.0,
+            weights: Weights { stray: 20.0, gap: 30.0 },
             tolerance: 0.0,
             state: ParticleState::at_rest(x.clone()),
             active: (0..30).collect(),

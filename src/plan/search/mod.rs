@@ -16,7 +16,7 @@ use crate::math::cloud::Point;
 use crate::math::rng::{Pcg64, seeded};
 use crate::sim::lanes::Real;
 use crate::sim::{Batch, Options, Params, ParticleState, SimError, Simulator, ToolPose};
-use coarse::{Coarse, NearTarget};
+use coarse::{Coarse, NearTarget, Weights};
 use evolve::{NUDGES, Search, Tried, are_kin, come_to_rest};
 use seeds::Seed;
 use stroke::Stroke;
@@ -39,10 +39,11 @@ pub fn plan_stage<T: Real>(
     // Nothing is differentiated with all particles: keep no substeps.
     let forward_only = Options { memory_limit: 0, ..problem.options.clone() };
     let near_target = NearTarget::new(problem.target);
+    let weights = Weights { stray: search.stray_weight, gap: 0.0 };
     let mut planner = Planner {
         problem,
         near_target: &near_target,
-        judge: Coarse::new(problem, &near_target, start, &start.x, start.len(), search.stray_weight),
+        judge: Coarse::new(problem, &near_target, start, &start.x, start.len(), weights),
         home: &start.x,
         scouts: Batch::<T>::new(&for_search(problem.params), tool, &forward_only),
         batch: Batch::<T>::new(problem.params, tool, &forward_only),
@@ -106,7 +107,7 @@ pub fn plan_stage<T: Real>(
                 break StopReason::Stuck;
             }
             is_clearing = true;
-            planner.judge.stray_weight = search.clearing_weight;
+            planner.judge.weights.gap = search.gap_weight;
             objective_now = planner.judge.objective_of_all(&state.x);
         }
     };
@@ -170,7 +171,7 @@ impl<T: Real> Planner<'_, T> {
     ) -> R {
         let Self { problem, near_target, judge, home, scouts, rng, .. } = self;
         let (problem, particles) = (*problem, problem.search.particles);
-        let coarse = Coarse::new(problem, near_target, state, home, particles, judge.stray_weight);
+        let coarse = Coarse::new(problem, near_target, state, home, particles, judge.weights);
         // The executed tool must clear every particle, not just those that the search goes by.
         let all = placement(problem, &state.x, problem.active, &[]);
         let lowered = |pose: ToolPose| all.lowered(pose);
