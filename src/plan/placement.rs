@@ -15,8 +15,9 @@ const CLEARANCE: f64 = 0.004;
 const MARGIN: f64 = 0.01;
 /// Candidates along x and along z.
 const GRID: usize = 9;
-/// Gaps that are tried for a gripper.
+/// Gaps that are tried for a gripper around the dough, and every how many of them for one that comes down on it.
 const GAPS: usize = 12;
+const COARSE_GAPS: usize = 4;
 /// Steps in which a candidate is lowered, m: coarse, then fine.
 const DESCENT: [f64; 4] = [0.008, 0.002, 0.0005, 0.0001];
 /// Candidates whose scores are this close, as a share, are told apart by their distance from the middle.
@@ -80,27 +81,50 @@ impl Placement<'_> {
 
     /// [`Placement::score`] by these particles only.
     pub fn score_of(&self, pose: &ToolPose, particles: &[usize]) -> f64 {
-        let by_direction =
-            self.score == StartScore::Direction && !matches!(self.tool.motion, Motion::Gripper { .. });
-        particles
-            .iter()
-            .map(|&i| {
-                let (p, r) = (self.positions[i], self.reachable[i]);
-                let motion = sub(r, p);
-                let worth = if by_direction {
-                    // Positive where the tool pushes the way the dough should go.
-                    let away = self.tool.distance_adj(pose, p, 1.0, &mut PoseAdj::default());
-                    motion.iter().zip(away).map(|(m, n)| m * n).sum()
-                } else {
-                    motion.iter().map(|m| m.abs()).sum::<f64>()
-                };
-                worth / (self.tool.distance(pose, p).abs() + self.delta)
-            })
-            .sum()
+        if self.score == StartScore::Direction && !self.is_gripper() {
+            return self.pushing_score(pose, particles);
+        }
+        self.sum_near(pose, particles, |motion, _| motion.iter().map(|m| m.abs()).sum())
+    }
+
+    /// How well these particles should go where the tool at `pose` pushes them: away from it.
+    pub fn pushing_score(&self, pose: &ToolPose, particles: &[usize]) -> f64 {
+        self.sum_near(pose, particles, |motion, p| {
+            let away = self.tool.distance_adj(pose, p, 1.0, &mut PoseAdj::default());
+            motion.iter().zip(away).map(|(m, n)| m * n).sum()
+        })
+    }
+
+    /// The sum of what particles are worth by their motion and place, the more the nearer the tool is.
+    fn sum_near(&self, pose: &ToolPose, particles: &[usize], worth: impl Fn(Point, Point) -> f64) -> f64 {
+        let one = |&i: &usize| {
+            let p = self.positions[i];
+            worth(sub(self.reachable[i], p), p) / (self.tool.distance(pose, p).abs() + self.delta)
+        };
+        particles.iter().map(one).sum()
+    }
+
+    fn is_gripper(&self) -> bool {
+        matches!(self.tool.motion, Motion::Gripper { .. })
     }
 
     /// Poses of this orientation over a grid on the active dough, as low as the dough lets them.
     pub fn candidates(&self, rotation: [f64; 4]) -> Vec<ToolPose> {
+        self.grid(rotation, &self.gaps()).into_iter().filter_map(|pose| self.lowered(pose)).collect()
+    }
+
+    /// Poses over the same grid in which a gripper stands on the dough or beside it; none for other tools.
+    pub fn candidates_outside(&self, rotation: [f64; 4]) -> Vec<ToolPose> {
+        if !self.is_gripper() {
+            return Vec::new();
+        }
+        let gaps: Vec<f64> = self.gaps().into_iter().step_by(COARSE_GAPS).collect();
+        let lowered = self.grid(rotation, &gaps).into_iter().map(|pose| self.lowered_anyhow(pose));
+        lowered.filter(|pose| !self.holds(pose)).collect()
+    }
+
+    /// Poses of this orientation over a grid on the active dough, at no height yet.
+    fn grid(&self, rotation: [f64; 4], gaps: &[f64]) -> Vec<ToolPose> {
         let active: Vec<Point> = self.active.iter().map(|&i| self.positions[i]).collect();
         let Some(bounds) = Bounds::of(&active) else { return Vec::new() };
         let at = |axis: usize, k: usize| {
@@ -108,16 +132,10 @@ impl Placement<'_> {
             let v = lo + (hi - lo) * k as f64 / (GRID - 1) as f64;
             v.clamp(self.tool.lower_bound[axis], self.tool.upper_bound[axis])
         };
-        let mut poses = Vec::new();
-        for i in 0..GRID {
-            for k in 0..GRID {
-                for gap in self.gaps() {
-                    let pose = ToolPose { position: [at(0, i), 0.0, at(2, k)], rotation, gap };
-                    poses.extend(self.lowered(pose));
-                }
-            }
-        }
-        poses
+        let pose =
+            |i: usize, k: usize, gap: f64| ToolPose { position: [at(0, i), 0.0, at(2, k)], rotation, gap };
+        let row = |i: usize| (0..GRID).flat_map(move |k| gaps.iter().map(move |&gap| (i, k, gap)));
+        (0..GRID).flat_map(row).map(|(i, k, gap)| pose(i, k, gap)).collect()
     }
 
     fn gaps(&self) -> Vec<f64> {
@@ -133,7 +151,13 @@ impl Placement<'_> {
     ///
     /// A gripper works from the sides: a pose in which it comes down on the dough, or in which no dough
     /// is between its plates, is none.
-    pub fn lowered(&self, mut pose: ToolPose) -> Option<ToolPose> {
+    pub fn lowered(&self, pose: ToolPose) -> Option<ToolPose> {
+        let pose = self.lowered_anyhow(pose);
+        (!self.is_gripper() || self.holds(&pose)).then_some(pose)
+    }
+
+    /// [`Placement::lowered`], but a gripper may come down on the dough or beside it.
+    pub fn lowered_anyhow(&self, mut pose: ToolPose) -> ToolPose {
         let lowest = self.tool.lower_bound[1];
         pose.position[1] = 0.0;
         let near: Vec<Point> = self.under(&pose);
@@ -141,22 +165,29 @@ impl Placement<'_> {
         let (min, _) = self.tool.bounds(&pose);
         let top = near.iter().map(|p| p[1]).fold(0.0, f64::max);
         let mut y = (top + CLEARANCE - min[1] + DESCENT[0]).clamp(lowest, self.tool.upper_bound[1]);
-        let is_free = |y: f64, pose: &mut ToolPose| {
-            pose.position[1] = y;
-            near.iter().all(|p| self.tool.distance(pose, *p) >= CLEARANCE)
-        };
         for step in DESCENT {
-            while y > lowest && is_free((y - step).max(lowest), &mut pose) {
+            let below = |y: f64| ToolPose {
+                position: [pose.position[0], (y - step).max(lowest), pose.position[2]],
+                ..pose
+            };
+            while y > lowest && self.is_free(&below(y), &near) {
                 y = (y - step).max(lowest);
             }
         }
         pose.position[1] = y;
-        match self.tool.motion {
-            Motion::Gripper { .. } => {
-                (y <= lowest && is_free(y, &mut pose) && self.straddles(&pose)).then_some(pose)
-            }
-            _ => Some(pose),
-        }
+        pose
+    }
+
+    /// Whether the tool keeps its distance from all of the particles.
+    fn is_free(&self, pose: &ToolPose, particles: &[Point]) -> bool {
+        particles.iter().all(|p| self.tool.distance(pose, *p) >= CLEARANCE)
+    }
+
+    /// Whether a gripper is as low as it goes and around the dough, and touches it nowhere.
+    fn holds(&self, pose: &ToolPose) -> bool {
+        pose.position[1] <= self.tool.lower_bound[1]
+            && self.is_free(pose, &self.under(pose))
+            && self.straddles(pose)
     }
 
     /// Particles that the tool can meet on its way down: those near its outline seen from above.

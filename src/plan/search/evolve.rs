@@ -58,8 +58,8 @@ pub struct Search<'a, T: Real> {
     pub coarse: &'a Coarse<'a>,
     /// Its objective before any stroke, m.
     pub before: f64,
-    /// Brings a tool down onto the dough, if it fits there.
-    pub lowered: &'a (dyn Fn(ToolPose) -> Option<ToolPose> + Sync),
+    /// Brings a tool down onto the dough.
+    pub lowered: &'a (dyn Fn(ToolPose) -> ToolPose + Sync),
     pub batch: &'a mut Batch<T>,
     /// Memory for a simulator's substeps where gradients are wanted, bytes.
     pub gradient_memory: usize,
@@ -175,7 +175,7 @@ impl<T: Real> Search<'_, T> {
         let (lowered, rest, tool, coarse) = (self.lowered, self.rest, self.tool, self.coarse);
         let settle_steps = self.settings.settle_steps;
         let left = self.batch.run(strokes, |sim, stroke| {
-            let pose = lowered(stroke.pose_above(rest))?;
+            let pose = lowered(stroke.pose_above(rest));
             let actions = stroke.actions(tool);
             sim.set_tools(vec![tool.clone()]);
             sim.rollout(&coarse.state, &[pose], &actions).ok()?;
@@ -208,7 +208,7 @@ struct Descent<'a> {
     tool: &'a Tool,
     rest: &'a ToolPose,
     coarse: &'a Coarse<'a>,
-    lowered: &'a (dyn Fn(ToolPose) -> Option<ToolPose> + Sync),
+    lowered: &'a (dyn Fn(ToolPose) -> ToolPose + Sync),
     rate: f64,
 }
 
@@ -233,7 +233,7 @@ impl Descent<'_> {
 
     /// By the stroke's variables. The height at which the tool touches the dough is taken for fixed.
     fn gradient<T: Real>(&self, sim: &mut Simulator<T>, stroke: &Stroke) -> Option<Vec<Vec<f64>>> {
-        let pose = (self.lowered)(stroke.pose_above(self.rest))?;
+        let pose = (self.lowered)(stroke.pose_above(self.rest));
         sim.rollout(&self.coarse.state, &[pose], &stroke.actions(self.tool)).ok()?;
         let mut seeds = vec![StepSeed::default(); stroke.steps + 1];
         seeds[stroke.steps].positions = self.coarse.objective_adj(&sim.positions(stroke.steps)).1;

@@ -174,7 +174,7 @@ impl<T: Real> Planner<'_, T> {
         let coarse = Coarse::new(problem, near_target, state, home, particles, judge.weights);
         // The executed tool must clear every particle, not just those that the search goes by.
         let all = placement(problem, &state.x, problem.active, &[]);
-        let lowered = |pose: ToolPose| all.lowered(pose);
+        let lowered = |pose: ToolPose| all.lowered_anyhow(pose);
         let mut search = Search {
             settings: problem.search,
             tool: problem.tool,
@@ -208,10 +208,10 @@ impl<T: Real> Planner<'_, T> {
         for way in NUDGES {
             let Some(best) = outcomes.first().filter(|o| is_large(objective_now, o)) else { break };
             let beside = |stroke: Stroke| {
-                let pose = all.lowered(stroke.pose_above(problem.rest))?;
-                Some(Tried { stroke, pose, ..best.tried.clone() })
+                let pose = all.lowered_anyhow(stroke.pose_above(problem.rest));
+                Tried { stroke, pose, ..best.tried.clone() }
             };
-            let near: Vec<Tried> = best.tried.stroke.nudged(way).into_iter().filter_map(beside).collect();
+            let near: Vec<Tried> = best.tried.stroke.nudged(way).into_iter().map(beside).collect();
             add(&mut outcomes, &near);
         }
         outcomes

@@ -38,7 +38,8 @@ pub struct Seed {
 ///
 /// A tool may push from where it touches the dough, or from inside, as low as it can go: a knife that stands
 /// on a bar pushes nothing apart, but one that has gone through it does. Some of the latter go by the `strays` alone,
-/// particles that are where no dough should be: what is left of a hole, or between two halves.
+/// particles that are where no dough should be: what is left of a hole, or between two halves. A gripper may also stand on
+/// the dough or beside it, and push like any other tool: closing its plates makes dough higher, and nothing else lowers it.
 pub fn seeds(
     place: &Placement<'_>,
     substeps: usize,
@@ -47,7 +48,8 @@ pub fn seeds(
     count: usize,
 ) -> Vec<Seed> {
     let lowest = place.tool.lower_bound[1];
-    let (mut touching, mut inside, mut clearing) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut touching, mut inside, mut clearing, mut outside) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for k in 0..YAWS {
         let yaw = std::f64::consts::TAU * k as f64 / YAWS as f64;
         let turned = Stroke { x: 0.0, z: 0.0, yaw, gap: 0.0, steps: 0, knots: Vec::new(), stir: 0.0 };
@@ -66,10 +68,16 @@ pub fn seeds(
             }
             touching.push(Scored { score: place.score(&pose), stroke, pose, dive: 0.0, stirring: 0.0 });
         }
+        for pose in place.candidates_outside(turned.pose_above(place.rest).rotation) {
+            let stroke = Stroke { x: pose.position[0], z: pose.position[2], gap: pose.gap, ..turned.clone() };
+            let score = place.pushing_score(&pose, place.active);
+            outside.push(Scored { score, stroke, pose, dive: 0.0, stirring: 0.0 });
+        }
     }
     // Scores of the kinds do not compare: inside, the tool is near to far more dough.
     let mut chosen = apart(place.tool, inside, count / 3);
     chosen.extend(apart(place.tool, clearing, count / 5));
+    chosen.extend(apart(place.tool, outside, count / 3));
     let rest = count - chosen.len();
     chosen.extend(apart(place.tool, touching, rest));
     let lean = |pose: &ToolPose| lean(place, substeps, motion, pose);
