@@ -211,3 +211,80 @@ impl Placement<'_> {
         between > beyond
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::Shape;
+
+    /// Two plates of 0.2 by 0.2 m, 0.03 m thick, that face each other along x.
+    fn gripper() -> Tool {
+        Tool {
+            name: "gripper".into(),
+            shape: Shape::Box { half_extents: [0.015, 0.1, 0.1] },
+            motion: Motion::Gripper { minimal_gap: 0.08, maximal_gap: 0.3 },
+            friction: 10.0,
+            action_scale: vec![0.015; 7],
+            lower_bound: [0.0, 0.12, 0.0],
+            upper_bound: [1.0; 3],
+        }
+    }
+
+    const REST: ToolPose = ToolPose { position: [0.5, 0.35, 0.5], rotation: [1.0, 0.0, 0.0, 0.0], gap: 0.3 };
+
+    /// A slab on the table, 0.16 m wide along x and z and 0.06 m high.
+    fn slab() -> Vec<Point> {
+        let at = |k: usize, n: usize, low: f64, size: f64| low + size * k as f64 / (n - 1) as f64;
+        (0..17 * 7 * 17)
+            .map(|i| [at(i % 17, 17, 0.42, 0.16), at(i / 17 % 7, 7, 0.04, 0.06), at(i / 119, 17, 0.42, 0.16)])
+            .collect()
+    }
+
+    #[test]
+    fn a_gripper_holds_the_dough_or_stands_on_it() {
+        let (tool, slab) = (gripper(), slab());
+        let active: Vec<usize> = (0..slab.len()).collect();
+        let flattened: Vec<Point> = slab.iter().map(|p| [p[0], 0.5 * p[1], p[2]]).collect();
+        let place = Placement {
+            tool: &tool,
+            rest: &REST,
+            positions: &slab,
+            active: &active,
+            reachable: &flattened,
+            delta: 0.01,
+            score: StartScore::Direction,
+        };
+        let around = place.candidates(REST.rotation);
+        assert!(!around.is_empty());
+        for pose in &around {
+            assert_eq!(pose.position[1], tool.lower_bound[1]);
+            assert!(pose.gap > 0.16 + 0.03, "the plates would be in the dough: {pose:?}");
+        }
+        let outside = place.candidates_outside(REST.rotation);
+        assert!(!outside.is_empty());
+        for pose in &outside {
+            let nearest = slab.iter().map(|p| tool.distance(pose, *p)).fold(f64::INFINITY, f64::min);
+            assert!((CLEARANCE..CLEARANCE + 0.001).contains(&nearest), "{nearest}: {pose:?}");
+        }
+        // From there a plate pushes flat what is to become flat.
+        assert!(outside.iter().all(|pose| place.pushing_score(pose, &active) > 0.0));
+    }
+
+    #[test]
+    fn other_tools_have_no_poses_outside() {
+        let tool = Tool { motion: Motion::Translation, action_scale: vec![0.015; 3], ..gripper() };
+        let slab = slab();
+        let active: Vec<usize> = (0..slab.len()).collect();
+        let place = Placement {
+            tool: &tool,
+            rest: &REST,
+            positions: &slab,
+            active: &active,
+            reachable: &slab,
+            delta: 0.01,
+            score: StartScore::Direction,
+        };
+        assert!(place.candidates_outside(REST.rotation).is_empty());
+        assert_eq!(place.candidates(REST.rotation).len(), GRID * GRID);
+    }
+}

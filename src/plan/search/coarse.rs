@@ -291,6 +291,30 @@ mod tests {
     }
 
     #[test]
+    fn a_gap_is_a_hole_or_between_pieces_at_any_height_and_neither_rim_nor_bump_is_one() {
+        let disc = |x: f64, hole: f64| -> Vec<Point> {
+            let grid = (0..41 * 41 * 4).map(|i| {
+                let [a, b, c] = [i % 41, i / 41 % 41, i / 1681].map(|k| 0.005 * k as f64);
+                [x + a - 0.1, 0.04 + c, 0.5 + b - 0.1]
+            });
+            grid.filter(|p| (hole..0.08).contains(&(p[0] - x).hypot(p[2] - 0.5))).collect()
+        };
+        let ring = disc(0.5, 0.03);
+        let near = NearTarget::new(&ring);
+        for y in [0.041, 0.09] {
+            let (out, depth) = near.in_gap([0.505, y, 0.5]).expect("in the hole");
+            assert!((depth - (0.025 - near.spacing)).abs() < 0.003, "{depth}");
+            assert!(out[1] == y && (out[0] - 0.5).hypot(out[2] - 0.5) < 0.035, "{out:?}");
+            assert!(near.in_gap([0.6, y, 0.5]).is_none(), "beyond the rim");
+            assert!(near.in_gap([0.55, y, 0.5]).is_none(), "in the ring or above it");
+        }
+        let mut two = disc(0.35, 0.0);
+        two.extend(disc(0.65, 0.0));
+        let near = NearTarget::new(&two);
+        assert!(near.in_gap([0.5, 0.05, 0.52]).is_some() && near.in_gap([0.5, 0.05, 0.6]).is_none());
+    }
+
+    #[test]
     fn the_objective_is_zero_at_the_target_and_its_gradient_agrees_with_finite_differences() {
         let mut rng = seeded(5, "coarse");
         let mut cloud = |n: usize, at: f64| -> Vec<Point> {
