@@ -25,10 +25,6 @@ use stroke::Stroke;
 /// compared with others by what can follow it.
 const LARGE_GAIN: f64 = 0.1;
 
-/// Which share of the seeds goes by strays alone, and which while gaps of the target are cleared.
-const STRAYS_SHARE: f64 = 0.2;
-const CLEARING_SHARE: f64 = 0.4;
-
 /// Courant number of the searching simulators at most: somewhat below where substeps break down.
 const SEARCH_COURANT: f64 = 0.75;
 
@@ -276,8 +272,7 @@ fn seeds_on(problem: &StageProblem<'_>, coarse: &Coarse<'_>) -> Vec<Seed> {
         coarse.state.x.iter().zip(&motion).map(|(p, m)| std::array::from_fn(|a| p[a] + m[a])).collect();
     let place = placement(problem, &coarse.state.x, &coarse.active, &reachable);
     let count = problem.search.first_population / 3;
-    let strays_share = if coarse.weights.gap > 0.0 { CLEARING_SHARE } else { STRAYS_SHARE };
-    seeds::seeds(&place, problem.params.substeps, &motion, &coarse.strays(), strays_share, count)
+    seeds::seeds(&place, problem.params.substeps, &motion, &coarse.strays(), count)
 }
 
 /// The same world with control steps of as few substeps as [`SEARCH_COURANT`] lets pass.

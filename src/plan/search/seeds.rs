@@ -37,7 +37,7 @@ pub struct Seed {
 /// Up to `count` places, best first.
 ///
 /// A tool may push from where it touches the dough, or from inside, as low as it can go: a knife that stands
-/// on a bar pushes nothing apart, but one that has gone through it does. A share of all goes by the `strays` alone,
+/// on a bar pushes nothing apart, but one that has gone through it does. Some of the latter go by the `strays` alone,
 /// particles that are where no dough should be: what is left of a hole, or between two halves. A gripper may also stand on
 /// the dough or beside it, and push like any other tool: closing its plates makes dough higher, and nothing else lowers it.
 pub fn seeds(
@@ -45,7 +45,6 @@ pub fn seeds(
     substeps: usize,
     motion: &[Point],
     strays: &[usize],
-    strays_share: f64,
     count: usize,
 ) -> Vec<Seed> {
     let lowest = place.tool.lower_bound[1];
@@ -77,7 +76,7 @@ pub fn seeds(
     }
     // Scores of the kinds do not compare: inside, the tool is near to far more dough.
     let mut chosen = apart(place.tool, inside, count / 3);
-    chosen.extend(apart(place.tool, clearing, (strays_share * count as f64) as usize));
+    chosen.extend(apart(place.tool, clearing, count / 5));
     chosen.extend(apart(place.tool, outside, count / 3));
     let rest = count - chosen.len();
     chosen.extend(apart(place.tool, touching, rest));
