@@ -6,6 +6,7 @@
 pub mod coarse;
 pub mod evolve;
 pub mod seeds;
+pub mod stirring;
 pub mod stroke;
 
 use super::optimize::Horizon;
