@@ -93,8 +93,8 @@ pub struct SearchSettings {
     pub particles: usize,
     /// What dough costs that is far from every point of the target, against a way of the same length.
     pub stray_weight: f64,
-    /// What dough costs that is in a hole of the target or between its pieces, once nothing more is found: the EMD alone
-    /// hardly feels a thin membrane, or a smear between two halves.
+    /// What dough costs that is in a hole of the target or between its pieces: the EMD alone hardly feels a thin membrane,
+    /// or a smear between two halves.
     pub gap_weight: f64,
     /// Strokes that the first generation tries: it is the only one that looks everywhere.
     pub first_population: usize,
@@ -128,6 +128,11 @@ impl SearchSettings {
     /// The worth of what lowers the objective by `gain` within `steps` control steps.
     pub fn merit(&self, gain: f64, steps: usize) -> f64 {
         gain / (steps as f64).powf(self.length_exponent)
+    }
+
+    /// Whether an objective has been lowered by enough to go on.
+    pub fn is_gain(&self, before: f64, after: f64) -> bool {
+        after < before * (1.0 - self.least_gain)
     }
 
     /// The settings of an effort.

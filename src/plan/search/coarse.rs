@@ -37,7 +37,7 @@ pub struct Coarse<'a> {
 pub struct Weights {
     /// Dough that is far from every point of the target.
     pub stray: f64,
-    /// Dough in the gaps of the target: in its holes and between its pieces, as seen from above.
+    /// Dough in the gaps of the target, in its holes and between its pieces as seen from above, by how deep in it is.
     pub gap: f64,
 }
 
@@ -174,12 +174,14 @@ impl<'a> Coarse<'a> {
             let to = self.target[t];
             pull(i, to, (distance(x[i], to), 1.0));
             let Weights { stray, gap } = self.weights;
-            let scale = HALFWAY * self.near_target.spacing;
-            let strays = self.near_target.beyond(x[i]).map(|place| (place, stray));
-            let gap_place = if gap > 0.0 { self.near_target.in_gap(x[i]) } else { None };
-            for ((out, depth), weight) in strays.into_iter().chain(gap_place.map(|place| (place, gap))) {
-                let (value, slope) = stray_cost(depth, scale);
-                pull(i, out, (weight * value, weight * slope));
+            if let Some((out, beyond)) = self.near_target.beyond(x[i]) {
+                let (value, slope) = stray_cost(beyond, HALFWAY * self.near_target.spacing);
+                pull(i, out, (stray * value, stray * slope));
+            }
+            if gap > 0.0
+                && let Some((out, depth)) = self.near_target.in_gap(x[i])
+            {
+                pull(i, out, (gap * depth, gap));
             }
         }
         for &i in &self.others {
@@ -195,6 +197,12 @@ impl<'a> Coarse<'a> {
             tolerance => assign_within(active, &self.target, tolerance),
         };
         matching.target_of
+    }
+
+    /// What dough in gaps costs by a weight of 1, m: its depth in them as a mean over all dough, which is at `x`.
+    pub fn gap_cost_of_all(&self, x: &[Point]) -> f64 {
+        let depth = |&i: &usize| self.near_target.in_gap(x[self.ids[i]]).map_or(0.0, |(_, depth)| depth);
+        self.active.iter().map(depth).sum::<f64>() / self.ids.len() as f64
     }
 
     /// [`Coarse::objective`] where the whole dough is at `x`.

@@ -118,6 +118,12 @@ impl<T: Real> Search<'_, T> {
         pool
     }
 
+    /// The strokes by the objective as it is now: gaps may weigh more than when they were found.
+    pub fn judged_anew(&self, mut pool: Vec<Tried>) -> Vec<Tried> {
+        pool.iter_mut().for_each(|t| t.objective = self.coarse.objective(&t.end));
+        pool
+    }
+
     /// Lengths that a stroke may have now, control steps.
     fn lengths(&self) -> Vec<usize> {
         self.settings.lengths.iter().map(|&l| l.min(self.steps_left)).collect()

@@ -54,7 +54,7 @@ pub fn plan_stage<T: Real>(
     let emd_initial = stage_emd(problem, &state.x);
     let mut emd_now = emd_initial;
     let mut objective_now = planner.judge.objective_of_all(&state.x);
-    let mut is_clearing = false;
+    let mut is_stuck = false;
     // What looking ahead has found for the dough as it is.
     let mut known: Vec<Tried> = Vec::new();
     let (mut steps, mut strokes) = (0, 0);
@@ -67,6 +67,7 @@ pub fn plan_stage<T: Real>(
         if emd_now < settings.emd_tolerance_m {
             break StopReason::Reached;
         }
+        objective_now = planner.weigh_gaps(objective_now, &state, is_stuck);
         let resets = usize::max(strokes, 1) - 1;
         let on_searched = |searched| {
             let horizon = search.lengths.iter().copied().max().unwrap_or(0);
@@ -78,39 +79,35 @@ pub fn plan_stage<T: Real>(
             break StopReason::NoPlace;
         }
         let outcomes = planner.outcomes(objective_now, &state, found);
-        let best = planner.best_to_go_on(objective_now, steps_left, outcomes);
-        let is_gain = |o: &Outcome| o.objective < objective_now * (1.0 - search.least_gain);
-        let accepted = best.as_ref().is_some_and(|(o, _)| is_gain(o));
-        if let Some((outcome, next)) = best {
-            let Outcome { tried, objective, mut horizon, settled, settling } = outcome;
-            horizon.losses = vec![objective_now, tried.objective, objective];
-            let emd_after = stage_emd(problem, &settled.x);
-            segments.push(SegmentTrace {
-                placed: true,
-                start_pose: tried.pose,
-                horizon,
-                emd_before: emd_now,
-                emd_after,
-                accepted,
-                reachable: Vec::new(),
-                settling,
-            });
-            if accepted {
-                state = settled;
-                (emd_now, objective_now) = (emd_after, objective);
-                steps += tried.stroke.steps;
-                strokes += 1;
-                known = next;
-            }
-        }
+        let Some((best, next)) = planner.best_to_go_on(objective_now, steps_left, outcomes) else {
+            break StopReason::Stuck;
+        };
+        let Outcome { tried, objective, mut horizon, settled, settling } = best;
+        horizon.losses = vec![objective_now, tried.objective, objective];
+        let emd_after = stage_emd(problem, &settled.x);
+        let accepted = search.is_gain(objective_now, objective);
+        segments.push(SegmentTrace {
+            placed: true,
+            start_pose: tried.pose,
+            horizon,
+            emd_before: emd_now,
+            emd_after,
+            accepted,
+            reachable: Vec::new(),
+            settling,
+        });
         if !accepted {
-            if is_clearing || !problem.has_gaps {
-                break StopReason::Stuck;
+            is_stuck = true;
+            if planner.judge.weights.gap < planner.most_for_gaps() {
+                continue;
             }
-            is_clearing = true;
-            planner.judge.weights.gap = search.gap_weight;
-            objective_now = planner.judge.objective_of_all(&state.x);
+            break StopReason::Stuck;
         }
+        state = settled;
+        (emd_now, objective_now) = (emd_after, objective);
+        steps += tried.stroke.steps;
+        strokes += 1;
+        known = next;
     };
     let resets = usize::max(strokes, 1) - 1;
     StageTrace { segments, end: state, steps, resets, emd_initial, emd_final: emd_now, stop }
@@ -143,6 +140,24 @@ struct Planner<'a, T: Real> {
 }
 
 impl<T: Real> Planner<'_, T> {
+    /// Gives dough in gaps its weight, and returns the objective with it, `objective_now` so far. Until nothing more is
+    /// found (`is_stuck`), all of it costs no more than everything else does: a knife that is to clear the place between
+    /// two halves first would throw them anywhere.
+    fn weigh_gaps(&mut self, objective_now: f64, state: &ParticleState, is_stuck: bool) -> f64 {
+        let most = self.most_for_gaps();
+        let gap = self.judge.gap_cost_of_all(&state.x);
+        let weight = self.judge.weights.gap;
+        let rest = objective_now - weight * gap;
+        let balanced = if is_stuck || rest >= most * gap { most } else { rest / gap };
+        self.judge.weights.gap = weight.max(balanced);
+        rest + self.judge.weights.gap * gap
+    }
+
+    /// The weight of gaps at last.
+    fn most_for_gaps(&self) -> f64 {
+        if self.problem.has_gaps { self.problem.search.gap_weight } else { 0.0 }
+    }
+
     /// The best strokes that a search with few particles finds, best first. `pool` is what a first look has found.
     fn explore(
         &mut self,
@@ -152,7 +167,7 @@ impl<T: Real> Planner<'_, T> {
         on_searched: impl FnMut(f64),
     ) -> Vec<Tried> {
         self.search(state, steps_left, |search, seeds, rng| {
-            let pool = if pool.is_empty() { search.first(&seeds(), rng) } else { pool };
+            let pool = if pool.is_empty() { search.first(&seeds(), rng) } else { search.judged_anew(pool) };
             let found = search.run(pool, rng, on_searched);
             search.refined(found)
         })
@@ -224,18 +239,20 @@ impl<T: Real> Planner<'_, T> {
         &mut self,
         objective_now: f64,
         steps_left: usize,
-        outcomes: Vec<Outcome>,
+        mut outcomes: Vec<Outcome>,
     ) -> Option<(Outcome, Vec<Tried>)> {
         let search = self.problem.search;
         if search.beam < 2 || outcomes.first().is_none_or(|o| !is_large(objective_now, o)) {
             return outcomes.into_iter().next().map(|o| (o, Vec::new()));
         }
+        // One that gains next to nothing would not be accepted, whatever could follow it.
+        outcomes.retain(|o| search.is_gain(objective_now, o.objective));
         let mut best: Option<(f64, Outcome, Vec<Tried>)> = None;
         for outcome in of_different_kinds(outcomes, search.beam, objective_now) {
             let gain = objective_now - outcome.objective;
             let steps = outcome.tried.stroke.steps;
             let (mut merit, mut follow) = (search.merit(gain, steps), Vec::new());
-            if steps < steps_left && gain > 0.0 {
+            if steps < steps_left {
                 let (next, before) = self.first_look(&outcome.settled, steps_left - steps);
                 let total = |t: &Tried| search.merit(gain + before - t.objective, steps + t.stroke.steps);
                 merit = next.iter().map(total).fold(merit, f64::max);
