@@ -350,6 +350,9 @@ mod tests {
         let (_, adj) = coarse.objective_adj(&away);
         let in_gaps = (0..30).filter(|&i| near_target.in_gap(away[i]).is_some()).count();
         assert!((3..27).contains(&in_gaps), "{in_gaps} of 30 are in a gap");
+        let without = Coarse { weights: Weights { gap: 0.0, ..coarse.weights }, ..coarse.clone() };
+        let by_gaps = coarse.objective(&away) - without.objective(&away);
+        assert!((by_gaps - 30.0 * coarse.gap_cost_of_all(&away)).abs() < 1e-12, "{by_gaps}");
         for i in 0..40 {
             for a in 0..3 {
                 let h = 1e-7;
