@@ -2,12 +2,9 @@
 
 use std::path::Path;
 
-use assert_cmd::Command;
 use serde_json::Value;
 
-fn donut() -> Command {
-    Command::cargo_bin("donut").unwrap()
-}
+use crate::common::donut;
 
 fn bench(case: &str) -> Value {
     let out = donut().args(["bench", "--runs", "1", "--json", "--case", case]).output().unwrap();

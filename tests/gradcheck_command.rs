@@ -45,7 +45,7 @@ fn what_cannot_be_checked_is_an_error() {
 }
 
 #[test]
-#[ignore = "takes half an hour: cargo test --release --test gradcheck_command -- --ignored"]
+#[ignore = "takes half an hour: cargo test --release --test all gradcheck_command -- --ignored"]
 fn a_hundred_entries_of_every_tool_over_sixty_control_steps() {
     let task = "tests/data/every-tool.toml";
     let arguments = ["--task", task, "--steps", "60", "--particles", "300", "--json"];

@@ -1,14 +1,8 @@
 //! `donut new-task`, `donut completions`, `-v` and `-q` as a newcomer calls them.
 
 use std::fs;
-use std::path::Path;
-use std::process::Output;
 
-use assert_cmd::Command;
-
-fn donut(args: &[&str], dir: &Path) -> Output {
-    Command::cargo_bin("donut").unwrap().args(args).current_dir(dir).output().unwrap()
-}
+use crate::common::donut_in;
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
@@ -18,21 +12,21 @@ fn text(bytes: &[u8]) -> String {
 fn a_new_task_is_valid_at_once_and_never_replaces_a_file() {
     let dir = tempfile::tempdir().unwrap();
     for (name, from) in [("bagel", "donut"), ("squash", "spread"), ("loaf", "baguette")] {
-        let made = donut(&["new-task", name, "--from", from], dir.path());
+        let made = donut_in(dir.path(), &["new-task", name, "--from", from]);
         assert!(made.status.success(), "{}", text(&made.stderr));
         let file = format!("{name}.toml");
         assert!(text(&made.stdout).contains(&format!("donut check --task {file}")));
-        let checked = donut(&["check", "--task", &file], dir.path());
+        let checked = donut_in(dir.path(), &["check", "--task", &file]);
         assert!(checked.status.success(), "{}", text(&checked.stderr));
         assert!(text(&checked.stdout).contains(&format!("{name} is a valid task.")));
     }
     fs::write(dir.path().join("bagel.toml"), "mine").unwrap();
-    let again = donut(&["new-task", "bagel"], dir.path());
+    let again = donut_in(dir.path(), &["new-task", "bagel"]);
     assert_eq!(again.status.code(), Some(2));
     assert!(text(&again.stderr).contains("bagel.toml exists and is not replaced"), "{}", text(&again.stderr));
     assert_eq!(fs::read_to_string(dir.path().join("bagel.toml")).unwrap(), "mine");
     for (name, says) in [("My Bagel", "hyphens"), ("donut", "take another"), ("../x", "hyphens")] {
-        let refused = donut(&["new-task", name], dir.path());
+        let refused = donut_in(dir.path(), &["new-task", name]);
         assert_eq!(refused.status.code(), Some(2));
         assert!(text(&refused.stderr).contains(says), "{}", text(&refused.stderr));
     }
@@ -42,8 +36,8 @@ fn a_new_task_is_valid_at_once_and_never_replaces_a_file() {
 #[test]
 fn a_new_task_without_an_answer_says_how_to_get_one() {
     let dir = tempfile::tempdir().unwrap();
-    assert!(donut(&["new-task", "bagel"], dir.path()).status.success());
-    let plan = donut(&["plan", "--task", "bagel.toml"], dir.path());
+    assert!(donut_in(dir.path(), &["new-task", "bagel"]).status.success());
+    let plan = donut_in(dir.path(), &["plan", "--task", "bagel.toml"]);
     assert_eq!(plan.status.code(), Some(2));
     let error = text(&plan.stderr);
     assert!(error.contains("--llm PROVIDER:MODEL") && error.contains("--response"), "{error}");
@@ -53,12 +47,12 @@ fn a_new_task_without_an_answer_says_how_to_get_one() {
 fn completions_know_the_commands() {
     let dir = tempfile::tempdir().unwrap();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let made = donut(&["completions", shell], dir.path());
+        let made = donut_in(dir.path(), &["completions", shell]);
         assert!(made.status.success());
         let script = text(&made.stdout);
         assert!(script.contains("new-task") && script.contains("without-volume-reasoning"), "{shell}");
     }
-    assert_eq!(donut(&["completions", "cmd"], dir.path()).status.code(), Some(2));
+    assert_eq!(donut_in(dir.path(), &["completions", "cmd"]).status.code(), Some(2));
 }
 
 #[test]
@@ -67,7 +61,7 @@ fn standard_error_says_as_much_as_is_wanted_and_standard_output_only_json() {
     let short =
         ["plan", "--task", "donut", "--particles", "200", "--effort", "quick", "--max-steps", "10", "--json"];
     let said = |flags: &[&str]| {
-        let output = donut(&[flags, &short].concat(), dir.path());
+        let output = donut_in(dir.path(), &[flags, &short].concat());
         assert!(output.status.code().unwrap() <= 1, "{}", text(&output.stderr));
         let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!(summary["task"], "donut");

@@ -1,10 +1,10 @@
 //! Pictures of a run: they are the same every time and show what they should.
 
-mod common;
-
 use std::path::Path;
 
 use donut::view::{Picture, key_frames, render, scene};
+
+use crate::common;
 
 #[test]
 fn dough_is_in_the_middle_on_a_grey_table_and_the_bytes_repeat() {
@@ -66,7 +66,7 @@ fn key_frames_are_before_stages_after_and_goal() {
     assert_eq!(strip.width, 3 * 60 + 2 * 4, "no stage has a frame");
 }
 
-/// Writes made-up runs for looking at: `cargo test --release --test pictures -- --ignored`.
+/// Writes made-up runs for looking at: `cargo test --release --test all pictures -- --ignored`.
 #[test]
 #[ignore = "writes target/made-up-runs, to be looked at"]
 fn write_made_up_runs() {

@@ -42,7 +42,7 @@ fn plan(scene: &Scene, dough: &[Point], target: &[Point], method: Method) -> Sta
         rest: &scene.tools[0].rest,
         active: &active,
         target,
-        has_gaps: false,
+        with_holes: &[],
     };
     plan_stage::<f32>(&problem, &ParticleState::at_rest(dough.to_vec()), |_| {})
 }

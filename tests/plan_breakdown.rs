@@ -86,7 +86,7 @@ fn plan(method: Method) {
         rest: &scene.tools[POLE].rest,
         active: &active,
         target: &world.target,
-        has_gaps: false,
+        with_holes: &[],
     };
     let trace = plan_stage::<f32>(&problem, &world.start, |_| {});
     assert!(!matches!(trace.stop, StopReason::Diverged(_)), "{}", trace.stop);

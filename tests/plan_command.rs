@@ -3,20 +3,17 @@
 use std::fs;
 use std::path::Path;
 
-use assert_cmd::Command;
 use donut::store::record::RunRecord;
 use donut::store::run_dir::read_run;
 use serde_json::Value;
+
+use crate::common::donut_in;
 
 /// A short run: few particles, few steps, little search.
 const SHORT: [&str; 6] = ["--particles", "300", "--effort", "quick", "--max-steps", "30"];
 /// The same with Algorithm 1.
 const SHORT_PAPER: [&str; 8] =
     ["--particles", "300", "--method", "paper", "--iterations", "3", "--max-steps", "30"];
-
-fn donut(args: &[&str], in_dir: &Path) -> std::process::Output {
-    Command::cargo_bin("donut").unwrap().args(args).current_dir(in_dir).output().unwrap()
-}
 
 fn names(dir: &Path) -> Vec<String> {
     let mut names: Vec<String> =
@@ -45,7 +42,7 @@ fn check_run(method: &str, short: &[&str]) -> RunRecord {
     let run = |out: &str, threads: &str| {
         let args =
             [&["plan", "--task", "donut", "--json", "--out", out, "--threads", threads][..], short].concat();
-        let output = donut(&args, dir.path());
+        let output = donut_in(dir.path(), &args);
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.code().unwrap() <= 1, "{stderr}");
         serde_json::from_slice::<Value>(&output.stdout).unwrap()
@@ -90,7 +87,7 @@ fn generated_targets_differ_by_index() {
     let dir = tempfile::tempdir().unwrap();
     let goal = |index: &str| {
         let args = ["plan", "--task", "arrange", "--target", index, "--out", index, "--threads", "1"];
-        let output = donut(&[&args[..], &SHORT].concat(), dir.path());
+        let output = donut_in(dir.path(), &[&args[..], &SHORT].concat());
         assert!(output.status.code().unwrap() <= 1, "{}", String::from_utf8_lossy(&output.stderr));
         read_run(&dir.path().join(index)).unwrap().trajectory.target
     };
@@ -100,7 +97,7 @@ fn generated_targets_differ_by_index() {
 /// The error of a call that must fail, leaving nothing behind in `dir`.
 fn error_of(args: &[&str], dir: &Path) -> String {
     let before = names(dir);
-    let output = donut(args, dir);
+    let output = donut_in(dir, args);
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{stderr}");
     assert!(output.stdout.is_empty());

@@ -1,10 +1,10 @@
 //! report.html: what it holds, that nothing in it can break out of it, and how large it gets.
 
-mod common;
-
 use donut::store::record::RunRecord;
 use donut::store::trajectory::Step;
 use donut::view::report;
+
+use crate::common;
 
 /// The element's text: between its opening tag and its closing tag.
 fn element<'a>(html: &'a str, opening: &str) -> &'a str {

@@ -3,8 +3,6 @@
 //! Needs Chromium or Chrome, named by DONUT_CHROMIUM or found in PATH; without one the tests say so and pass. Nothing
 //! is loaded but the file, and nobody called but this test.
 
-mod common;
-
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpListener;
@@ -15,6 +13,8 @@ use std::time::{Duration, Instant};
 use donut::store::record::RunRecord;
 use donut::view::report;
 use serde_json::Value;
+
+use crate::common;
 
 /// Works the page like a reader, and leaves what it saw in an element of its own.
 const PROBE: &str = include_str!("data/report_probe.js");

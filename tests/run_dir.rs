@@ -1,12 +1,12 @@
 //! A run directory on disk: the files of the contract, their keys, and reading them back.
 
-mod common;
-
 use std::fs;
 
 use donut::store::run_dir::{read_run, write_and_commit, write_run};
 use donut::store::{RunDir, StoreError};
 use donut::view::report;
+
+use crate::common;
 
 #[test]
 fn a_run_comes_back_from_disk() {

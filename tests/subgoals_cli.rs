@@ -3,13 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use assert_cmd::Command;
 use ndarray::Array2;
 use ndarray_npy::NpzReader;
 
-fn donut() -> Command {
-    Command::cargo_bin("donut").unwrap()
-}
+use crate::common::donut;
 
 fn answer(name: &str) -> String {
     format!("{}/prompts/recorded/{name}", env!("CARGO_MANIFEST_DIR"))

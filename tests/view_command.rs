@@ -1,14 +1,9 @@
 //! `donut view` as a user calls it.
 
-mod common;
-
-use assert_cmd::Command;
 use donut::store::run_dir::write_run;
 use donut::view::report;
 
-fn donut() -> Command {
-    Command::cargo_bin("donut").unwrap()
-}
+use crate::common::{self, donut};
 
 #[test]
 fn it_draws_key_frames_and_one_frame_and_writes_the_report_again() {

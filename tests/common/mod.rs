@@ -1,11 +1,13 @@
-//! A made-up run, so that files and pictures can be tested without the simulator: a ball of dough is
-//! squashed into a disc under a rolling pin in 80 control steps of two segments, the second after a
-//! reset. Comes in: a particle count. Imports donut's store and plan types.
-
-#![allow(dead_code, reason = "each test file uses its own part")]
+//! The program as a user calls it, and a made-up run, so that files and pictures can be tested without the simulator: a
+//! ball of dough is squashed into a disc under a rolling pin in 80 control steps of two segments, the second after
+//! a reset. Imports donut's store and plan types.
 
 pub mod cut_bar;
 
+use std::path::Path;
+use std::process::Output;
+
+use assert_cmd::Command;
 use donut::math::cloud::Point;
 use donut::math::rng::{seeded, uniform};
 use donut::plan::settings::{PlannerSettings, Reach, StartScore};
@@ -13,6 +15,16 @@ use donut::sim::params::Params;
 use donut::sim::tool::{Motion, Shape, Tool, ToolPose};
 use donut::store::record::{PlanFile, RunRecord, Segment, StagePlan, StageSummary, Summary};
 use donut::store::trajectory::{Step, Trajectory};
+
+/// The program.
+pub fn donut() -> Command {
+    Command::cargo_bin("donut").unwrap()
+}
+
+/// What the program makes of `args` in a folder.
+pub fn donut_in(folder: &Path, args: &[&str]) -> Output {
+    donut().args(args).current_dir(folder).output().unwrap()
+}
 
 pub const STEPS: usize = 80;
 const TABLE: f64 = 0.047;

@@ -9,8 +9,8 @@ use ndarray_npy::{WritableElement, WriteNpyExt, read_npy, write_npy};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::clouds::cube;
-use crate::golden::Golden;
+use super::clouds::cube;
+use super::golden::Golden;
 
 /// A folder with files in it, and `donut emd` run there.
 struct Desk(TempDir);

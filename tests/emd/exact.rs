@@ -4,8 +4,8 @@ use donut::emd::exact::{Assignment, assign, assign_within};
 use donut::math::cloud::{Point, distance};
 use proptest::prelude::*;
 
-use crate::clouds::{ball, cube, torus};
-use crate::golden::Golden;
+use super::clouds::{ball, cube, torus};
+use super::golden::Golden;
 
 fn is_permutation(assignment: &Assignment) -> bool {
     let mut seen = assignment.target_of.clone();

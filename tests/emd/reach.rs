@@ -5,7 +5,7 @@ use donut::emd::exact::assign;
 use donut::emd::reach::{Method, next_reachable};
 use donut::math::cloud::{Point, distance};
 
-use crate::clouds::{ball, torus};
+use super::clouds::{ball, torus};
 
 /// Points within a radius of the vertical axis through the middle.
 fn in_the_hole(cloud: &[Point], radius: f64) -> usize {

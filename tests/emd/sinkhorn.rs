@@ -5,8 +5,8 @@ use donut::emd::sinkhorn::{Divergence, divergence};
 use donut::emd::{EmdError, Measure, Real};
 use donut::math::cloud::{Point, norm};
 
-use crate::clouds::{ball, cube, torus};
-use crate::golden::Golden;
+use super::clouds::{ball, cube, torus};
+use super::golden::Golden;
 
 fn of<T: Real>(x: &[Point], y: &[Point], settings: &Settings) -> Divergence {
     divergence::<T>(Measure::uniform(x), Measure::uniform(y), settings).unwrap()

@@ -4,8 +4,8 @@ use donut::emd::schedule::Power;
 use donut::emd::transport::transport;
 use donut::emd::{EmdError, Measure, exact::assign};
 
-use crate::clouds::{ball, cube, torus};
-use crate::golden::Golden;
+use super::clouds::{ball, cube, torus};
+use super::golden::Golden;
 
 #[test]
 fn every_golden_case_costs_what_pot_says() {

@@ -9,7 +9,7 @@ use donut::llm::live::{LiveModel, Settings};
 use donut::llm::model::{Completion, Message, Model};
 use serde_json::json;
 
-use crate::server::{Reply, Server, chat, error, message};
+use super::server::{Reply, Server, chat, error, message};
 
 const KEY: &str = "sk-secret-123";
 

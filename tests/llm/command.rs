@@ -9,7 +9,7 @@ use donut::llm::recorded::recorded;
 use donut::store::run_dir::read_run;
 use serde_json::Value;
 
-use crate::server::{Server, chat, error, message};
+use super::server::{Server, chat, error, message};
 
 /// A short run: few particles, one iteration, one horizon.
 const SHORT: [&str; 8] = ["--particles", "200", "--iterations", "1", "--max-steps", "5", "--threads", "1"];
@@ -157,7 +157,7 @@ fn without_a_key_nothing_is_sent() {
     assert!(error.contains("401") && error.contains("OPENAI_API_KEY"), "{error}");
 }
 
-fn error_401() -> crate::server::Reply {
+fn error_401() -> super::server::Reply {
     error(401, "", "You didn't provide an API key.")
 }
 

@@ -8,7 +8,7 @@ use assert_cmd::Command;
 use donut::llm::recorded::recorded;
 use serde_json::Value;
 
-use crate::server::{Server, chat, message};
+use super::server::{Server, chat, message};
 
 const NO_CODE: &str = "### Step 1: roll it\ntool name: [rolling pin]\n";
 const BAGEL: &str = "The dough is initially a round ball at (0, 0, 0) with radius 1. Make a thick bagel with a hole of radius 0.3.";

@@ -8,7 +8,7 @@ use donut::plan::settle::settle;
 use donut::sim::{Motion, Options, Params, ParticleState, Shape, Simulator, Tool, ToolPose};
 use donut::task::Solid;
 
-use crate::conservation::{block, weightless};
+use super::conservation::{block, weightless};
 
 const UPRIGHT: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 

@@ -4,7 +4,7 @@ use donut::sim::lanes::Real;
 use donut::sim::{Options, ParticleState, SimdLevel, Simulator, StepSeed};
 use donut::store::sim_scene::SimScene;
 
-use crate::scene;
+use super::scene;
 
 /// End state, gradient by the actions, gradient by the start state.
 fn bits<T: Real>(scene: &SimScene, options: Options, reruns: usize) -> Vec<u64> {

@@ -4,7 +4,7 @@
 use donut::sim::gradcheck::{Case, HORIZON, Summary};
 use ndarray::Ix2;
 
-use crate::{TOOL_SCENES, expected, scene};
+use super::{TOOL_SCENES, expected, scene};
 
 /// Entries of the actions that are tried in each scene; `donut gradcheck` tries as many as one likes.
 const ENTRIES: usize = 12;
@@ -29,7 +29,7 @@ fn actions_agree_with_the_reference_implementation() {
         let gradient = case(name).gradient::<f64>().unwrap();
         let reference = expected(name).array::<Ix2>("grad_actions_reference").unwrap();
         let scale = reference.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-        let off = crate::worst(gradient.iter().flatten(), &reference) / scale;
+        let off = super::worst(gradient.iter().flatten(), &reference) / scale;
         assert!(off < 1e-5, "{name}: {off:e} off");
     }
 }

@@ -7,7 +7,7 @@ use donut::store::npz::{Writer, cloud_array};
 use donut::store::sim_scene::{self, SimScene};
 use ndarray::Array2;
 
-use crate::conservation::block;
+use super::conservation::block;
 
 const STEPS: usize = 6;
 

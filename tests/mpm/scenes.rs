@@ -5,7 +5,7 @@ use donut::sim::{Options, Simulator};
 use donut::store::sim_scene::SimScene;
 use ndarray::{Ix2, Ix3};
 
-use crate::{SCENES, expected, scene, worst};
+use super::{SCENES, expected, scene, worst};
 
 fn run<T: Real>(scene: &SimScene, options: Options) -> Simulator<T> {
     let mut sim = Simulator::<T>::new(scene.params.clone(), scene.tools.clone(), options);

@@ -7,7 +7,7 @@ use donut::store::npz::Reader;
 use nalgebra::{Matrix3, Vector3};
 use ndarray::{Ix0, Ix1, Ix2, Ix3};
 
-use crate::{data, worst};
+use super::{data, worst};
 
 fn open(name: &str) -> Reader {
     Reader::open(&data("units").join(format!("{name}.npz"))).unwrap()
