@@ -26,8 +26,8 @@ pub struct StageProblem<'a> {
     pub active: &'a [usize],
     /// Where the active dough should be, m: as many points as active particles, in any order.
     pub target: &'a [Point],
-    /// Whether the target has holes or is in several pieces, so that it matters if they are clear.
-    pub has_gaps: bool,
+    /// The target's pieces that have holes, m: these should be clear.
+    pub with_holes: &'a [Vec<Point>],
 }
 
 /// One horizon that was planned and tried.

@@ -86,9 +86,11 @@ impl ShapeMeasures {
     }
 }
 
-/// Whether a cloud has a hole or is in several pieces.
-pub fn has_gaps(cloud: &[Point], spacing: f64) -> bool {
-    count_pieces(cloud, spacing) > 1 || !wanted_holes(cloud, spacing).is_empty()
+/// The pieces of a goal that have holes.
+pub fn pieces_with_holes(goal: &[Point], spacing: f64) -> Vec<Vec<Point>> {
+    let pieces = connected(goal, spacing).into_iter().filter(|part| is_piece(part.len(), goal.len()));
+    let pieces = pieces.map(|part| part.into_iter().map(|i| goal[i]).collect::<Vec<Point>>());
+    pieces.filter(|piece| !wanted_holes(piece, spacing).is_empty()).collect()
 }
 
 /// What hangs together: indices of the particles of each part of a cloud whose particles are about `spacing` apart, m.
@@ -188,7 +190,11 @@ mod tests {
         let ring = lattice(0.005, 20, |p| r(p) > 0.03 && r(p) < 0.08);
         let same = ShapeMeasures::of(&ring, &ring, 0.005);
         assert_eq!((same.pieces, same.holes.len()), (1, 1));
-        assert!(has_gaps(&ring, 0.005));
+        // Beside a block that has none.
+        let mut two = ring.clone();
+        two.extend(lattice(0.005, 4, |_| true).iter().map(|p| [p[0] + 0.2, p[1], p[2]]));
+        let with_holes = pieces_with_holes(&two, 0.005);
+        assert!(with_holes.len() == 1 && with_holes[0].len() == ring.len());
         assert!((same.holes[0].radius - 0.03).abs() < 0.003 && same.holes[0].membrane == 0.0, "{same:?}");
         let closed = lattice(0.005, 20, |p| r(p) < 0.08 && (r(p) > 0.03 || p[1] == 0.0));
         let hole = ShapeMeasures::of(&closed, &ring, 0.005).holes[0];
@@ -207,7 +213,7 @@ mod tests {
         for _ in 0..4 {
             let size = [side, 1.5 * apart, side];
             let sheet: Vec<Point> = (0..n).map(|_| size.map(|s| s * uniform(&mut rng))).collect();
-            assert!(!has_gaps(&sheet, apart * 0.6f64.cbrt()));
+            assert!(pieces_with_holes(&sheet, apart * 0.6f64.cbrt()).is_empty());
         }
     }
 
@@ -216,7 +222,6 @@ mod tests {
         let apart = lattice(0.005, 20, |p| p[0].abs() > 0.02);
         let joined = lattice(0.005, 20, |p| p[0].abs() > 0.02 || (p[1] == 0.0 && p[2] == 0.0));
         assert_eq!(ShapeMeasures::of(&apart, &apart, 0.005).pieces, 2);
-        assert!(has_gaps(&apart, 0.005) && !has_gaps(&joined, 0.005));
         let measured = ShapeMeasures::of(&joined, &apart, 0.005);
         assert_eq!((measured.pieces, measured.pieces_of_goal), (1, 2));
         assert!(measured.holes.is_empty());

@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use super::error::StageError;
-use super::measures::{ShapeMeasures, has_gaps};
+use super::measures::{ShapeMeasures, pieces_with_holes};
 use super::pieces::{PieceId, Pieces};
 use super::scene::Scene;
 use super::subgoal::{StagePlan, Subgoal, low_quantile};
@@ -206,7 +206,7 @@ fn run_stage(
         rest: &scene.tools[tool].rest,
         active: &subgoal.active,
         target: &subgoal.target,
-        has_gaps: has_gaps(&subgoal.target, apart),
+        with_holes: &pieces_with_holes(&subgoal.target, apart),
     };
     let before = options.tally.work();
     let trace = plan_stage::<f32>(&problem, state, observe);

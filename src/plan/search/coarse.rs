@@ -37,7 +37,7 @@ pub struct Coarse<'a> {
 pub struct Weights {
     /// Dough that is far from every point of the target.
     pub stray: f64,
-    /// Dough in the gaps of the target, in its holes and between its pieces as seen from above, by how deep in it is.
+    /// Dough in the gaps of the target, its holes as seen from above, by how deep in it is.
     pub gap: f64,
 }
 
@@ -47,7 +47,8 @@ const TOLERANCE: f64 = 0.01;
 
 /// Dough that is farther than this from every point of the whole target strays, in spacings of the target.
 const STRAY_FROM: f64 = 2.0;
-/// Dough that is farther than this from every point of the target as seen from above, and yet between them, is in a gap.
+/// Dough that is farther than this from every point of the target as seen from above, and yet within the hull of a piece
+/// that has a hole, is in a gap.
 const GAP_FROM: f64 = 1.0;
 /// So far beyond that, a particle costs half of what it may cost at most, in spacings.
 const HALFWAY: f64 = 3.0;
@@ -65,9 +66,9 @@ fn stray_cost(beyond: f64, scale: f64) -> (f64, f64) {
 pub struct NearTarget<'a> {
     points: &'a [Point],
     tree: KdTree,
-    /// The points as seen from above, and their hull.
+    /// The points as seen from above, and the hulls of the pieces that have holes.
     shadow: KdTree,
-    hull: HullFromAbove,
+    hulls: Vec<HullFromAbove>,
     /// Mean distance of a point to the next, m.
     spacing: f64,
 }
@@ -78,24 +79,28 @@ fn flat(p: Point) -> Point {
 }
 
 impl<'a> NearTarget<'a> {
-    /// Sorts the points, m.
-    pub fn new(points: &'a [Point]) -> Self {
+    /// Sorts the points, m; some of their pieces may have holes.
+    pub fn new(points: &'a [Point], with_holes: &[Vec<Point>]) -> Self {
         let shadow: Vec<Point> = points.iter().map(|p| flat(*p)).collect();
         Self {
             points,
             tree: KdTree::new(points),
             shadow: KdTree::new(&shadow),
-            hull: HullFromAbove::of(points),
+            hulls: with_holes.iter().map(|piece| HullFromAbove::of(piece)).collect(),
             spacing: spacing(points),
         }
     }
 
     /// If `x` is in a gap of the target, the nearest place out of it at the same height, and how far in it is, m.
     fn in_gap(&self, x: Point) -> Option<(Point, f64)> {
+        if self.hulls.is_empty() {
+            return None;
+        }
         let nearest = self.shadow.nearest(flat(x))?;
         let depth = nearest.distance - GAP_FROM * self.spacing;
         let [out_x, _, out_z] = self.points[nearest.index];
-        (depth > 0.0 && self.hull.contains(x)).then_some(([out_x, x[1], out_z], depth))
+        let is_in_gap = depth > 0.0 && self.hulls.iter().any(|hull| hull.contains(x));
+        is_in_gap.then_some(([out_x, x[1], out_z], depth))
     }
 
     /// The nearest point, and how far beyond the neighbourhood of the target `x` is, m; none if there is no point.
@@ -299,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_is_a_hole_or_between_pieces_at_any_height_and_neither_rim_nor_bump_is_one() {
+    fn a_gap_is_a_hole_at_any_height_and_neither_rim_nor_bump_nor_what_is_between_pieces_is_one() {
         let disc = |x: f64, hole: f64| -> Vec<Point> {
             let grid = (0..41 * 41 * 4).map(|i| {
                 let [a, b, c] = [i % 41, i / 41 % 41, i / 1681].map(|k| 0.005 * k as f64);
@@ -308,7 +313,7 @@ mod tests {
             grid.filter(|p| (hole..0.08).contains(&(p[0] - x).hypot(p[2] - 0.5))).collect()
         };
         let ring = disc(0.5, 0.03);
-        let near = NearTarget::new(&ring);
+        let near = NearTarget::new(&ring, std::slice::from_ref(&ring));
         for y in [0.041, 0.09] {
             let (out, depth) = near.in_gap([0.505, y, 0.5]).expect("in the hole");
             assert!((depth - (0.025 - near.spacing)).abs() < 0.003, "{depth}");
@@ -316,10 +321,10 @@ mod tests {
             assert!(near.in_gap([0.6, y, 0.5]).is_none(), "beyond the rim");
             assert!(near.in_gap([0.55, y, 0.5]).is_none(), "in the ring or above it");
         }
-        let mut two = disc(0.35, 0.0);
-        two.extend(disc(0.65, 0.0));
-        let near = NearTarget::new(&two);
-        assert!(near.in_gap([0.5, 0.05, 0.52]).is_some() && near.in_gap([0.5, 0.05, 0.6]).is_none());
+        let mut two = disc(0.65, 0.0);
+        two.extend(&ring);
+        let near = NearTarget::new(&two, std::slice::from_ref(&ring));
+        assert!(near.in_gap([0.505, 0.05, 0.5]).is_some() && near.in_gap([0.575, 0.05, 0.52]).is_none());
     }
 
     #[test]
@@ -330,7 +335,8 @@ mod tests {
         };
         let (x, target) = (cloud(40, 0.44), cloud(30, 0.45));
         // So close that most of the dough strays.
-        let near_target = NearTarget { spacing: 0.004, ..NearTarget::new(&target) };
+        let near_target =
+            NearTarget { spacing: 0.004, ..NearTarget::new(&target, std::slice::from_ref(&target)) };
         let coarse = Coarse {
             near_target: &near_target,
             weights: Weights { stray: 20.0, gap: 30.0 },

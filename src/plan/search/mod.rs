@@ -26,6 +26,9 @@ use stroke::Stroke;
 /// compared with others by what can follow it.
 const LARGE_GAIN: f64 = 0.1;
 
+/// A stage ends after so many searches that found nothing: what one misses another may find.
+const FAILURES: usize = 2;
+
 /// Courant number of the searching simulators at most: somewhat below where substeps break down.
 const SEARCH_COURANT: f64 = 0.75;
 
@@ -39,7 +42,7 @@ pub fn plan_stage<T: Real>(
     let tool = std::slice::from_ref(problem.tool);
     // Nothing is differentiated with all particles: keep no substeps.
     let forward_only = Options { memory_limit: 0, ..problem.options.clone() };
-    let near_target = NearTarget::new(problem.target);
+    let near_target = NearTarget::new(problem.target, problem.with_holes);
     let weights = Weights { stray: search.stray_weight, gap: 0.0 };
     let mut planner = Planner {
         problem,
@@ -54,7 +57,7 @@ pub fn plan_stage<T: Real>(
     let emd_initial = stage_emd(problem, &state.x);
     let mut emd_now = emd_initial;
     let mut objective_now = planner.judge.objective_of_all(&state.x);
-    let mut is_stuck = false;
+    let mut failures = 0;
     // What looking ahead has found for the dough as it is.
     let mut known: Vec<Tried> = Vec::new();
     let (mut steps, mut strokes) = (0, 0);
@@ -67,7 +70,10 @@ pub fn plan_stage<T: Real>(
         if emd_now < settings.emd_tolerance_m {
             break StopReason::Reached;
         }
-        objective_now = planner.weigh_gaps(objective_now, &state, is_stuck);
+        if failures == FAILURES {
+            break StopReason::Stuck;
+        }
+        objective_now = planner.weigh_gaps(objective_now, &state, failures > 0);
         let resets = usize::max(strokes, 1) - 1;
         let on_searched = |searched| {
             let horizon = search.lengths.iter().copied().max().unwrap_or(0);
@@ -79,8 +85,10 @@ pub fn plan_stage<T: Real>(
             break StopReason::NoPlace;
         }
         let outcomes = planner.outcomes(objective_now, &state, found);
-        let Some((best, next)) = planner.best_to_go_on(objective_now, steps_left, outcomes) else {
-            break StopReason::Stuck;
+        let best = planner.best_to_go_on(objective_now, steps_left, outcomes);
+        let Some((best, next)) = best else {
+            failures += 1;
+            continue;
         };
         let Outcome { tried, objective, mut horizon, settled, settling } = best;
         horizon.losses = vec![objective_now, tried.objective, objective];
@@ -97,11 +105,8 @@ pub fn plan_stage<T: Real>(
             settling,
         });
         if !accepted {
-            is_stuck = true;
-            if planner.judge.weights.gap < planner.most_for_gaps() {
-                continue;
-            }
-            break StopReason::Stuck;
+            failures += 1;
+            continue;
         }
         state = settled;
         (emd_now, objective_now) = (emd_after, objective);
@@ -140,22 +145,22 @@ struct Planner<'a, T: Real> {
 }
 
 impl<T: Real> Planner<'_, T> {
-    /// Gives dough in gaps its weight, and returns the objective with it, `objective_now` so far. Until nothing more is
-    /// found (`is_stuck`), all of it costs no more than everything else does: a knife that is to clear the place between
-    /// two halves first would throw them anywhere.
-    fn weigh_gaps(&mut self, objective_now: f64, state: &ParticleState, is_stuck: bool) -> f64 {
+    /// Gives dough in gaps its weight, and returns the objective with it, `objective_now` so far. Until a search
+    /// has found nothing (`has_failed`), all of it costs no more than everything else does: a hole is not cleared for its own sake while
+    /// most of the dough is elsewhere.
+    fn weigh_gaps(&mut self, objective_now: f64, state: &ParticleState, has_failed: bool) -> f64 {
         let most = self.most_for_gaps();
         let gap = self.judge.gap_cost_of_all(&state.x);
         let weight = self.judge.weights.gap;
         let rest = objective_now - weight * gap;
-        let balanced = if is_stuck || rest >= most * gap { most } else { rest / gap };
+        let balanced = if has_failed || rest >= most * gap { most } else { rest / gap };
         self.judge.weights.gap = weight.max(balanced);
         rest + self.judge.weights.gap * gap
     }
 
     /// The weight of gaps at last.
     fn most_for_gaps(&self) -> f64 {
-        if self.problem.has_gaps { self.problem.search.gap_weight } else { 0.0 }
+        if self.problem.with_holes.is_empty() { 0.0 } else { self.problem.search.gap_weight }
     }
 
     /// The best strokes that a search with few particles finds, best first. `pool` is what a first look has found.
