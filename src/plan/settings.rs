@@ -93,8 +93,8 @@ pub struct SearchSettings {
     pub particles: usize,
     /// What dough costs that is far from every point of the target, against a way of the same length.
     pub stray_weight: f64,
-    /// What dough costs that is in a hole of the target or between its pieces: the EMD alone hardly feels a thin membrane,
-    /// or a smear between two halves.
+    /// What dough costs that is in a hole of the target, against a way as long as it is deep in it: the EMD alone hardly
+    /// feels a thin membrane.
     pub gap_weight: f64,
     /// Strokes that the first generation tries: it is the only one that looks everywhere.
     pub first_population: usize,
