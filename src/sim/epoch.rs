@@ -37,24 +37,6 @@ pub struct Trace<T> {
     pub velocity: Vec<Vec<T>>,
 }
 
-/// Where one substep reads and writes.
-pub struct TraceStep<'a, T> {
-    pub before: &'a [T],
-    pub after: &'a mut [T],
-    pub axes: &'a mut [T],
-    pub momentum: &'a mut [T],
-    pub velocity: &'a mut [T],
-}
-
-/// What is wanted of an epoch's substeps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Keep {
-    /// All of them.
-    All,
-    /// The state after the last: two states take turns, and stay in the cache.
-    Last,
-}
-
 impl<T: Real> Trace<T> {
     /// Makes room for `substeps` substeps of `particles` particles on a grid of `nodes` nodes.
     pub fn resize(&mut self, substeps: usize, particles: usize, nodes: usize) {
@@ -70,28 +52,6 @@ impl<T: Real> Trace<T> {
         fit(&mut self.axes, substeps, blocks_for(particles) * AXES);
         fit(&mut self.momentum, substeps, nodes * NODE);
         fit(&mut self.velocity, substeps, nodes * NODE);
-    }
-
-    /// Where substep `k` reads and writes.
-    pub fn step(&mut self, k: usize, keep: Keep) -> TraceStep<'_, T> {
-        let place = if keep == Keep::All { k } else { 0 };
-        let (low, high) = self.states.split_at_mut(place + 1);
-        let (before, after) = match keep {
-            Keep::Last if k % 2 == 1 => (&high[0], &mut low[place]),
-            _ => (&low[place], &mut high[0]),
-        };
-        TraceStep {
-            before,
-            after,
-            axes: &mut self.axes[place],
-            momentum: &mut self.momentum[place],
-            velocity: &mut self.velocity[place],
-        }
-    }
-
-    /// The state after `count` substeps.
-    pub fn after(&self, count: usize, keep: Keep) -> &[T] {
-        &self.states[if keep == Keep::All { count } else { count % 2 }]
     }
 
     /// Bytes that [`Trace::resize`] asks for.

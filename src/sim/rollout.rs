@@ -27,7 +27,7 @@
 
 use std::sync::Arc;
 
-use super::epoch::{Epoch, Keep, Trace};
+use super::epoch::{Epoch, Trace};
 use super::error::{Operation, SimError};
 use super::grid::PARTS_MAX;
 use super::lanes::{Real, SimdLevel};
@@ -286,10 +286,9 @@ impl<T: Real> Simulator<T> {
         epoch.kept = kept;
         let mut trace =
             if kept { std::mem::take(&mut epoch.trace) } else { std::mem::take(&mut self.scratch) };
-        let keep = if kept { Keep::All } else { Keep::Last };
-        let outcome = self.run_substeps(&mut epoch, &mut trace, wanted, keep);
+        let outcome = self.run_substeps(&mut epoch, &mut trace, wanted);
         if outcome.is_ok() {
-            self.end.fields.copy_from_slice(trace.after(epoch.count, keep));
+            self.end.fields.copy_from_slice(&trace.states[epoch.count]);
         }
         if kept {
             epoch.trace = trace;
@@ -307,17 +306,25 @@ impl<T: Real> Simulator<T> {
         epoch: &mut Epoch<T>,
         trace: &mut Trace<T>,
         wanted: usize,
-        keep: Keep,
     ) -> Result<(), SimError> {
-        trace.resize(if keep == Keep::All { wanted } else { 1 }, self.particles, epoch.layout.len);
+        trace.resize(wanted, self.particles, epoch.layout.len);
         trace.states[0].copy_from_slice(&epoch.start.fields);
         let mut workspace = std::mem::take(&mut self.workspace);
         let outcome = self.on_threads(|| {
             for k in 0..wanted {
                 let t = epoch.first + k;
+                let (before, after) = trace.states.split_at_mut(k + 1);
                 let done = self
                     .substep(&epoch.layout, t)
-                    .run(&epoch.start.anchors, trace.step(k, keep), &mut workspace)
+                    .run(
+                        &before[k],
+                        &epoch.start.anchors,
+                        &mut after[0],
+                        &mut trace.axes[k],
+                        &mut trace.momentum[k],
+                        &mut trace.velocity[k],
+                        &mut workspace,
+                    )
                     .map_err(|fault| fault.locate(t, self.params.substeps, &epoch.ids))?;
                 if !done {
                     break;
@@ -393,7 +400,7 @@ impl<T: Real> Simulator<T> {
         }
         let mut again = Epoch { kept: false, ..epoch.clone() };
         let mut scratch = std::mem::take(&mut self.scratch);
-        let outcome = self.run_substeps(&mut again, &mut scratch, epoch.count, Keep::All);
+        let outcome = self.run_substeps(&mut again, &mut scratch, epoch.count);
         self.scratch = scratch;
         outcome
     }

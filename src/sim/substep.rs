@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use super::block::AXES;
 use super::contact::{Contact, ContactAdj, contacts};
-use super::epoch::TraceStep;
 use super::error::{Operation, SimError};
 use super::g2p::{GridToParticles, GridToParticlesAdj};
 use super::grid::GridUpdate;
@@ -96,23 +95,27 @@ fn cut<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut
 }
 
 impl Substep<'_> {
-    /// Runs the substep from the state before to the one after, both measured from `anchors`; also leaves the
-    /// eigenvectors that the constitutive update found, and the grid before and after its update. Returns false,
-    /// with nothing to be used, if a particle has left the layout.
+    /// Runs the substep from `state` to `next`, both measured from `anchors`; `axes` receives the eigenvectors that
+    /// the constitutive update found, `momentum` and `velocity` the grid before and after its update. Returns
+    /// false, with nothing to be used, if a particle has left the layout.
+    #[expect(clippy::too_many_arguments, reason = "one for each array that a substep reads or writes")]
     pub fn run<T: Real>(
         &self,
+        state: &[T],
         anchors: &[T],
-        step: TraceStep<'_, T>,
+        next: &mut [T],
+        axes: &mut [T],
+        momentum: &mut [T],
+        velocity: &mut [T],
         workspace: &mut Workspace<T>,
     ) -> Result<bool, Fault> {
-        let TraceStep { before, after, axes, momentum, velocity } = step;
         workspace.fit(self.layout);
         let contacts = contacts(self.params, self.tools, self.start, self.end);
-        if !self.particles_to_grid(before, anchors, after, axes, &mut workspace.shares)? {
+        if !self.particles_to_grid(state, anchors, next, axes, &mut workspace.shares)? {
             return Ok(false);
         }
         self.update_grid(&contacts, &workspace.shares, momentum, velocity);
-        self.grid_to_particles(before, anchors, velocity, after)?;
+        self.grid_to_particles(state, anchors, velocity, next)?;
         Ok(true)
     }
 

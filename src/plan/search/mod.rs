@@ -85,8 +85,7 @@ pub fn plan_stage<T: Real>(
             break StopReason::NoPlace;
         }
         let outcomes = planner.outcomes(objective_now, &state, found);
-        let best = planner.best_to_go_on(objective_now, steps_left, outcomes);
-        let Some((best, next)) = best else {
+        let Some((best, next)) = planner.best_to_go_on(objective_now, steps_left, outcomes) else {
             failures += 1;
             continue;
         };
@@ -145,9 +144,9 @@ struct Planner<'a, T: Real> {
 }
 
 impl<T: Real> Planner<'_, T> {
-    /// Gives dough in gaps its weight, and returns the objective with it, `objective_now` so far. Until a search
-    /// has found nothing (`has_failed`), all of it costs no more than everything else does: a hole is not cleared for its own sake while
-    /// most of the dough is elsewhere.
+    /// Gives dough in gaps its weight, and returns the objective with it, `objective_now` so far. Until a search has
+    /// found nothing (`has_failed`), all of it costs no more than everything else does: a hole is not cleared for its
+    /// own sake while most of the dough is elsewhere.
     fn weigh_gaps(&mut self, objective_now: f64, state: &ParticleState, has_failed: bool) -> f64 {
         let most = self.most_for_gaps();
         let gap = self.judge.gap_cost_of_all(&state.x);
