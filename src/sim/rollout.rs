@@ -33,7 +33,8 @@ use super::grid::PARTS_MAX;
 use super::lanes::{Real, SimdLevel};
 use super::layout::Layout;
 use super::params::Params;
-use super::particles::{C, F, Packed, ParticleState, V, X, index, pack_adj, permute_adj};
+use super::particles::{Packed, ParticleState, pack_adj, permute_adj};
+use super::seed::StepSeed;
 use super::substep::{Substep, SubstepAdj, Workspace};
 use super::tool::path::ToolPath;
 use super::tool::{PoseAdj, Tool, ToolPose};
@@ -58,22 +59,6 @@ impl Default for Options {
     fn default() -> Self {
         Self { threads: 1, simd: SimdLevel::best(), memory_limit: 4 << 30, tally: Arc::default() }
     }
-}
-
-/// Derivatives of a loss at the end of one control step (entry 0: at the start). An empty vector stands
-/// for zeros.
-#[derive(Clone, Debug, Default)]
-pub struct StepSeed {
-    /// By the particles' positions, caller's order.
-    pub positions: Vec<Point>,
-    /// By their velocities.
-    pub velocities: Vec<Point>,
-    /// By their affine velocity matrices, row-major.
-    pub affine: Vec<[f64; 9]>,
-    /// By their deformation gradients, row-major.
-    pub deformation: Vec<[f64; 9]>,
-    /// By the tools' poses.
-    pub poses: Vec<PoseAdj>,
 }
 
 /// What the backward pass returns.
@@ -377,8 +362,9 @@ impl<T: Real> Simulator<T> {
                 }
             });
             if epoch.first.is_multiple_of(substeps) {
-                let seed = seeds.get(epoch.first / substeps);
-                add_seed(seed, self.params.dx(), &epoch.ids, &mut adj, &mut poses_adj);
+                if let Some(seed) = seeds.get(epoch.first / substeps) {
+                    seed.add_to(self.params.dx(), &epoch.ids, &mut adj, &mut poses_adj);
+                }
             }
             permute_adj(&epoch.from_slot, &adj, &mut before);
             std::mem::swap(&mut adj, &mut before);
@@ -406,8 +392,6 @@ impl<T: Real> Simulator<T> {
     }
 
     fn check_seeds(&self, seeds: &[StepSeed]) -> Result<(), SimError> {
-        let fits = |len: usize, want: usize| len == 0 || len == want;
-        let (n, tools) = (self.particles, self.tools.len());
         if self.used == 0 || seeds.len() > self.steps + 1 {
             return Err(SimError::Shape(format!(
                 "{} seeds for a rollout of {} control steps (one more is allowed)",
@@ -415,15 +399,13 @@ impl<T: Real> Simulator<T> {
                 self.steps
             )));
         }
-        for (step, s) in seeds.iter().enumerate() {
-            let particles = [s.positions.len(), s.velocities.len(), s.affine.len(), s.deformation.len()];
-            if !particles.iter().all(|len| fits(*len, n)) || !fits(s.poses.len(), tools) {
-                return Err(SimError::Shape(format!(
-                    "the seed of control step {step} does not have {n} particles and {tools} tools"
-                )));
-            }
+        let (n, tools) = (self.particles, self.tools.len());
+        match seeds.iter().position(|seed| !seed.fits(n, tools)) {
+            Some(step) => Err(SimError::Shape(format!(
+                "the seed of control step {step} does not have {n} particles and {tools} tools"
+            ))),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// The epoch whose start is the end of control step `step` (0: the start).
@@ -469,32 +451,5 @@ impl<T: Real> Simulator<T> {
     /// Control steps of the last rollout.
     pub fn steps(&self) -> usize {
         self.steps
-    }
-}
-
-/// Adds a seed to the adjoints at the epoch's start; positions are packed in cells of size `dx`.
-fn add_seed<T: Real>(
-    seed: Option<&StepSeed>,
-    dx: f64,
-    ids: &[u32],
-    adj: &mut [T],
-    poses_adj: &mut [PoseAdj],
-) {
-    let Some(seed) = seed else { return };
-    let mut add = |field: usize, slot: usize, values: &[f64]| {
-        for (k, v) in values.iter().enumerate() {
-            adj[index(slot, field + k)] += T::from_f64(*v);
-        }
-    };
-    for (slot, &id) in ids.iter().enumerate() {
-        let id = id as usize;
-        // An empty vector has no entry: zeros.
-        seed.positions.get(id).into_iter().for_each(|v| add(X, slot, &v.map(|d| d * dx)));
-        seed.velocities.get(id).into_iter().for_each(|v| add(V, slot, v));
-        seed.affine.get(id).into_iter().for_each(|v| add(C, slot, v));
-        seed.deformation.get(id).into_iter().for_each(|v| add(F, slot, v));
-    }
-    for (total, pose) in poses_adj.iter_mut().zip(&seed.poses) {
-        total.add(pose);
     }
 }
