@@ -361,10 +361,10 @@ impl<T: Real> Simulator<T> {
                     poses_adj.iter_mut().zip(&start_adj).for_each(|(total, start)| total.add(start));
                 }
             });
-            if epoch.first.is_multiple_of(substeps) {
-                if let Some(seed) = seeds.get(epoch.first / substeps) {
-                    seed.add_to(self.params.dx(), &epoch.ids, &mut adj, &mut poses_adj);
-                }
+            if epoch.first.is_multiple_of(substeps)
+                && let Some(seed) = seeds.get(epoch.first / substeps)
+            {
+                seed.add_to(self.params.dx(), &epoch.ids, &mut adj, &mut poses_adj);
             }
             permute_adj(&epoch.from_slot, &adj, &mut before);
             std::mem::swap(&mut adj, &mut before);
