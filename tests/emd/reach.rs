@@ -55,6 +55,10 @@ fn exact_matching_opens_the_hole_and_keeps_the_spacing() {
     assert!(in_the_hole(&found.cloud, 0.06) < in_the_hole(&x, 0.06) / 10);
     assert!(after < 0.2 * before, "{after} of {before} left");
     assert!(spacing(&found.cloud) > 0.85 * spacing(&x), "{} of {}", spacing(&found.cloud), spacing(&x));
+    // The hole opens about the axis it is to have.
+    let center = donut::math::cloud::centroid(&found.cloud);
+    let goal = donut::math::cloud::centroid(&y);
+    assert!(distance(center, goal) < 0.01, "{center:?}, {goal:?}");
 }
 
 #[test]
