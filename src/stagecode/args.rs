@@ -5,11 +5,12 @@
 //! further keyword arguments. Imports
 //! values, arrays, faults and the evaluator (for rows that call back).
 
-use super::array::{Array, Dtype, Scalar};
+use super::array::Array;
 use super::convert;
 use super::elementwise::{self, Op};
 use super::error::{Fault, Raised};
 use super::eval::Evaluator;
+use super::scalar::{Dtype, Scalar};
 use super::value::Value;
 
 /// What a row runs.

@@ -3,11 +3,12 @@
 //! An array and an index value come in. Without masks or index arrays a view goes out, as in numpy; with
 //! them the picked elements are copied. Imports arrays, values, limits, faults.
 
-use super::array::{Array, Dtype, Scalar, broadcast_shapes, show};
+use super::array::{Array, broadcast_shapes, show};
 use super::convert::{MAX_DIMENSIONS, to_array};
 use super::error::Fault;
 use super::index::{position, slice_positions};
 use super::limits::Budget;
+use super::scalar::{Dtype, Scalar};
 use super::value::Value;
 
 /// `array[index]`.

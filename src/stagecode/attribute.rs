@@ -7,10 +7,11 @@ use std::f64::consts;
 use std::rc::Rc;
 
 use super::args::Row;
-use super::array::{Array, Dtype, Scalar};
+use super::array::Array;
 use super::error::Fault;
 use super::eval::Evaluator;
 use super::nearest::nearest;
+use super::scalar::{Dtype, Scalar};
 use super::value::{Indexer, Module, Value};
 use super::{convert, math_module, methods, numpy, random_table};
 

@@ -6,11 +6,11 @@
 use std::rc::Rc;
 
 use super::args::{Arguments, Call, Row};
-use super::array::Scalar;
 use super::error::{Fault, Raised};
 use super::exceptions::EXCEPTIONS;
 use super::expr::keys;
 use super::iterate::Steps;
+use super::scalar::Scalar;
 use super::value::{Module, Value};
 use super::{convert, elementwise, format, math_module, operators};
 

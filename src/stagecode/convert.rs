@@ -2,9 +2,10 @@
 //!
 //! Values come in, arrays go out; every element is charged first. Imports values, arrays, limits, faults.
 
-use super::array::{Array, Dtype, Scalar};
+use super::array::Array;
 use super::error::Fault;
 use super::limits::Budget;
+use super::scalar::{Dtype, Scalar};
 use super::value::{Value, range_len};
 
 /// numpy allows 64 axes; nobody needs more than these.

@@ -5,8 +5,8 @@
 
 use std::collections::HashMap;
 
-use super::array::Scalar;
 use super::error::Fault;
+use super::scalar::Scalar;
 use super::value::Value;
 
 /// A hashable value. Equal numbers are equal keys, whatever their type.

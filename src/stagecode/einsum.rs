@@ -50,7 +50,7 @@ pub fn einsum(c: &Call) -> Result<Value, Fault> {
     let product = product.unwrap_or_default();
     let all = (0..count).map(|i: usize| product[i * lane..(i + 1) * lane].iter().sum()).collect();
     let dtype =
-        operands.iter().map(Array::dtype).reduce(|a, b| a.promote(b)).unwrap_or(super::array::Dtype::F64);
+        operands.iter().map(Array::dtype).reduce(|a, b| a.promote(b)).unwrap_or(super::scalar::Dtype::F64);
     Ok(Value::array(Array::floats_as(all, dtype, shape)))
 }
 

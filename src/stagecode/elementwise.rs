@@ -4,10 +4,11 @@
 //! Integer arithmetic wraps and division by zero gives infinities, as in numpy; Python's own numbers are
 //! treated in `operators`. Imports arrays, values, limits, faults.
 
-use super::array::{Array, Dtype, broadcast_shapes};
+use super::array::{Array, broadcast_shapes};
 use super::convert::to_array;
 use super::error::Fault;
 use super::limits::Budget;
+use super::scalar::Dtype;
 use super::value::Value;
 
 /// What to do with each pair of elements.

@@ -3,8 +3,8 @@
 //! A value and perhaps a specification such as `.3f` come in, text goes out. Long arrays and deep lists are
 //! cut short: the text is only ever printed or used in messages. Imports values and faults.
 
-use super::array::Scalar;
 use super::error::Fault;
+use super::scalar::Scalar;
 use super::value::Value;
 
 /// What `str` gives.

@@ -3,12 +3,12 @@
 //! A container and an index value come in, an item (or a view) goes out. Array indices are `array_index`'s.
 //! Imports the evaluator's budget, values, arrays, faults.
 
-use super::array::Scalar;
 use super::array_index;
 use super::dict::Key;
 use super::error::Fault;
 use super::eval::Evaluator;
 use super::numpy_grid;
+use super::scalar::Scalar;
 use super::value::{Value, range_len};
 
 /// `owner[at]`.

@@ -4,8 +4,8 @@
 //! these. Imports arguments, faults, values.
 
 use super::args::{Call, Row};
-use super::array::Scalar;
 use super::error::Fault;
+use super::scalar::Scalar;
 use super::value::Value;
 
 /// The rows of the module.

@@ -4,8 +4,8 @@
 //! methods of arrays are the numpy functions of the same name. Imports the tables, arguments, faults.
 
 use super::args::{Call, Row};
-use super::array::Dtype;
 use super::error::Fault;
+use super::scalar::Dtype;
 use super::value::Value;
 use super::{builtins, convert, methods_dict, numpy, operators, random_table, ufunc};
 

@@ -9,7 +9,7 @@
 //! |---|---|
 //! | what may be used up | `limits.rs` |
 //! | statements, expressions, calls | `eval.rs`, `expr.rs`, `assign.rs`, `calls.rs` |
-//! | arrays and their indexing | `array.rs`, `array_index.rs`, `elementwise.rs` |
+//! | numbers, arrays and their indexing | `scalar.rs`, `array.rs`, `array_index.rs`, `elementwise.rs` |
 //! | the table of numpy functions | `numpy.rs` and `numpy_*.rs` |
 //! | random numbers | `random.rs`, `random_table.rs` |
 //! | names without an import, methods | `builtins.rs`, `methods.rs` |
@@ -55,6 +55,7 @@ mod random;
 mod random_choice;
 mod random_table;
 mod sandbox;
+mod scalar;
 mod session;
 mod source;
 mod ufunc;

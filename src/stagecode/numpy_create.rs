@@ -4,9 +4,10 @@
 //! arguments, arrays, conversions, faults.
 
 use super::args::{Call, Row};
-use super::array::{Array, Dtype, Scalar};
+use super::array::Array;
 use super::convert;
 use super::error::Fault;
+use super::scalar::{Dtype, Scalar};
 use super::value::{Value, range_len};
 
 /// The rows of this area.

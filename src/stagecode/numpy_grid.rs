@@ -3,13 +3,14 @@
 //! Axes, as arrays or slices, come in; coordinate arrays go out. Imports arguments, arrays, faults.
 
 use super::args::{Call, Row};
-use super::array::{Array, Scalar};
+use super::array::Array;
 use super::convert;
 use super::error::Fault;
 use super::eval::Evaluator;
 use super::limits::Budget;
 use super::numpy_create::{counted, spaced};
 use super::numpy_join;
+use super::scalar::Scalar;
 use super::value::{Indexer, Value};
 
 /// The rows of this area.

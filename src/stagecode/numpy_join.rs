@@ -3,10 +3,11 @@
 //! Sequences of arrays come in, one array (or a list of parts) goes out. Imports arguments, arrays, faults.
 
 use super::args::{Call, Row, normalize_axis};
-use super::array::{Array, Dtype, show};
+use super::array::{Array, show};
 use super::convert;
 use super::error::Fault;
 use super::limits::Budget;
+use super::scalar::Dtype;
 use super::value::Value;
 
 /// The rows of this area.

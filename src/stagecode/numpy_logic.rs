@@ -3,11 +3,12 @@
 //! Arrays come in, masks and chosen elements go out. Imports arguments, arrays, faults.
 
 use super::args::{Arguments, Call, Row};
-use super::array::{Array, Dtype, Scalar, broadcast_shapes};
+use super::array::{Array, broadcast_shapes};
 use super::array_index::nonzero;
 use super::convert::to_array;
 use super::elementwise::{self, Op, binary_values, keep_ints};
 use super::error::{Fault, Raised};
+use super::scalar::{Dtype, Scalar};
 use super::value::Value;
 
 /// The rows of this area.

@@ -3,10 +3,11 @@
 //! Arrays come in, arrays go out. Imports arguments, arrays, faults.
 
 use super::args::{Call, Row, normalize_axis};
-use super::array::{Array, Dtype};
+use super::array::Array;
 use super::array_index;
 use super::error::Fault;
 use super::numpy_sort::order;
+use super::scalar::Dtype;
 use super::value::Value;
 
 /// The rows of this area.

@@ -4,8 +4,9 @@
 //! goes out. Sums over the last axis are pairwise, as numpy's are. Imports arguments, arrays, faults.
 
 use super::args::{Call, Row, normalize_axis};
-use super::array::{Array, Dtype};
+use super::array::Array;
 use super::error::Fault;
+use super::scalar::Dtype;
 use super::value::Value;
 
 /// The rows of this area.

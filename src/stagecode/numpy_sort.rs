@@ -3,8 +3,9 @@
 //! Arrays come in, sorted arrays, places and counts go out. NaN sorts last. Imports arguments, arrays, faults.
 
 use super::args::{Call, Row, normalize_axis};
-use super::array::{Array, Dtype};
+use super::array::Array;
 use super::error::Fault;
+use super::scalar::Dtype;
 use super::value::Value;
 
 /// The rows of this area.

@@ -7,11 +7,12 @@ use std::cmp::Ordering;
 
 use ruff_python_ast::{CmpOp, Operator, UnaryOp};
 
-use super::array::{Array, Scalar};
+use super::array::Array;
 use super::dict::{Dict, Key};
 use super::elementwise::{self, Op};
 use super::error::Fault;
 use super::limits::Budget;
+use super::scalar::Scalar;
 use super::value::{Value, range_len};
 
 /// `a op b`.

@@ -8,10 +8,11 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use super::args::{Call, Row};
-use super::array::{Array, Dtype, broadcast_shapes};
+use super::array::{Array, broadcast_shapes};
 use super::array_index;
 use super::error::Fault;
 use super::random::Random;
+use super::scalar::Dtype;
 use super::value::Value;
 
 /// Functions that make generators.

@@ -8,11 +8,11 @@ use std::rc::Rc;
 
 use ruff_python_ast::Stmt;
 
-use super::array::Dtype;
 use super::calls::place_of;
 use super::error::CodeError;
 use super::eval::{Evaluator, Flow, Scope};
 use super::limits::Limits;
+use super::scalar::Dtype;
 use super::source::Source;
 use super::value::Value;
 

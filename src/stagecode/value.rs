@@ -10,11 +10,12 @@ use std::rc::Rc;
 use ruff_python_ast::{Expr, Parameters, Stmt};
 
 use super::args::Row;
-use super::array::{Array, Dtype, Scalar};
+use super::array::Array;
 use super::dict::Dict;
 use super::error::Fault;
 use super::eval::Scope;
 use super::random::Random;
+use super::scalar::{Dtype, Scalar};
 use super::source::Source;
 
 /// Anything a variable can hold.
