@@ -279,7 +279,7 @@ impl<T: Real> Visitor<T> for Least<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::emd::packed::compact_order;
+    use crate::emd::order::compact_order;
     use crate::math::cloud::Point;
     use crate::math::rng;
 

@@ -6,7 +6,8 @@
 use super::auction::{Auction, Auctioned};
 use super::augment::Finish;
 use super::candidates::List;
-use super::packed::{Packed, Prices, compact_order, normalised};
+use super::order::compact_order;
+use super::packed::{Packed, Prices, normalised};
 use super::wide::widest;
 use crate::math::cloud::{Point, distance};
 

@@ -9,7 +9,7 @@
 //! | clouds of different size, weights | [`transport`], a network simplex on a [`tree`] |
 //! | GeomLoss's Sinkhorn divergence | [`sinkhorn`], with [`schedule`], [`pairs`] and [`softmin`] |
 //! | the next reachable cloud of the paper's equation 1 | [`reach`] |
-//! | how an inner loop skips and vectorises | [`packed`], [`real`], [`wide`] |
+//! | how an inner loop skips and vectorises | [`packed`] (in the [`order`] of its points), [`real`], [`wide`] |
 
 #![allow(clippy::needless_range_loop, reason = "kernels step through several arrays by one lane or axis")]
 
@@ -19,6 +19,7 @@ mod candidates;
 mod cost;
 mod error;
 pub mod exact;
+mod order;
 mod packed;
 mod pairs;
 pub mod reach;

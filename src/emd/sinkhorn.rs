@@ -7,7 +7,8 @@
 
 use super::cost::{ClampedDistance, Cost, HalfSquare};
 use super::error::{EmdError, Measure};
-use super::packed::{Packed, Prices, compact_order, normalised};
+use super::order::compact_order;
+use super::packed::{Packed, Prices, normalised};
 use super::pairs::{Half, update, update_self};
 use super::real::Real;
 use super::schedule::{Power, Settings};

@@ -222,7 +222,7 @@ impl<T: Real, C: Cost<T>, const FUSED: bool> Visitor<T> for PullSums<'_, T, C, F
 mod tests {
     use super::*;
     use crate::emd::cost::{ClampedDistance, HalfSquare};
-    use crate::emd::packed::compact_order;
+    use crate::emd::order::compact_order;
     use crate::math::cloud::Point;
     use crate::math::rng;
 

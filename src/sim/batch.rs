@@ -7,8 +7,9 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::lanes::Real;
+use super::options::Options;
 use super::params::Params;
-use super::rollout::{Options, Simulator};
+use super::rollout::Simulator;
 use super::tool::Tool;
 
 /// Simulators of one world, as many as threads.

@@ -26,9 +26,10 @@ use rayon::prelude::*;
 
 use super::error::SimError;
 use super::lanes::Real;
+use super::options::Options;
 use super::params::Params;
 use super::particles::ParticleState;
-use super::rollout::{Options, Simulator};
+use super::rollout::Simulator;
 use super::seed::StepSeed;
 use super::tool::{Tool, ToolPose};
 use crate::math::cloud::Point;

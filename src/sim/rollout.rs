@@ -25,41 +25,19 @@
 //! beyond it keep their first state alone, and run again before their adjoint (checkpointing with one level; Griewank
 //! and Walther, chapter 12). That adds one forward pass to what was about four, and changes no bit.
 
-use std::sync::Arc;
-
 use super::epoch::{Epoch, Trace};
-use super::error::{Operation, SimError};
-use super::grid::PARTS_MAX;
-use super::lanes::{Real, SimdLevel};
+use super::error::SimError;
+use super::input::check;
+use super::lanes::Real;
 use super::layout::Layout;
+use super::options::Options;
 use super::params::Params;
 use super::particles::{Packed, ParticleState, pack_adj, permute_adj};
 use super::seed::StepSeed;
 use super::substep::{Substep, SubstepAdj, Workspace};
 use super::tool::path::ToolPath;
 use super::tool::{PoseAdj, Tool, ToolPose};
-use super::work::Tally;
 use crate::math::cloud::Point;
-
-/// How a simulator runs; none of it changes results beyond rounding.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// Threads that share a rollout's work. The result does not depend on it.
-    pub threads: usize,
-    /// Instructions to use.
-    pub simd: SimdLevel,
-    /// Memory for the substeps that the backward pass needs, bytes. What does not fit is run again from
-    /// the start of its control step.
-    pub memory_limit: usize,
-    /// Where rollouts and gradients are counted; clones of the options share it.
-    pub tally: Arc<Tally>,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { threads: 1, simd: SimdLevel::best(), memory_limit: 4 << 30, tally: Arc::default() }
-    }
-}
 
 /// What the backward pass returns.
 #[derive(Clone, Debug)]
@@ -148,7 +126,7 @@ impl<T: Real> Simulator<T> {
         poses: &[ToolPose],
         actions: &[Vec<f64>],
     ) -> Result<(), SimError> {
-        self.check(start, poses, actions)?;
+        check(&self.params, &self.tools, start, poses, actions)?;
         self.options.tally.count_rollout();
         self.particles = start.len();
         self.steps = actions.len();
@@ -176,42 +154,6 @@ impl<T: Real> Simulator<T> {
         }
         // One more sort, so that the last state has a place like all others.
         self.open_epoch(self.steps * substeps, &mut ids);
-        Ok(())
-    }
-
-    fn check(&self, start: &ParticleState, poses: &[ToolPose], actions: &[Vec<f64>]) -> Result<(), SimError> {
-        let shape = |text: String| Err(SimError::Shape(text));
-        let n = start.len();
-        if n == 0 || start.v.len() != n || start.c.len() != n || start.f.len() != n {
-            return shape(format!(
-                "a state needs x, v, C and F of the same particles, at least one; x has {n}"
-            ));
-        }
-        if poses.len() != self.tools.len() {
-            return shape(format!("{} tools need as many poses, not {}", self.tools.len(), poses.len()));
-        }
-        let parts: usize = self.tools.iter().map(|t| t.sides().len()).sum();
-        if parts > PARTS_MAX {
-            return shape(format!("the tools have {parts} parts; {PARTS_MAX} are possible"));
-        }
-        let width: usize = self.tools.iter().map(Tool::action_len).sum();
-        if let Some((step, row)) = actions.iter().enumerate().find(|(_, row)| row.len() != width) {
-            return shape(format!("action {step} has {} components, the tools take {width}", row.len()));
-        }
-        let top = self.params.position_bounds().1;
-        for i in 0..n {
-            if start.fields(i).iter().any(|v| !v.is_finite()) {
-                return Err(SimError::NonFinite {
-                    operation: Operation::Start,
-                    step: 0,
-                    substep: 0,
-                    particle: i,
-                });
-            }
-            if start.x[i].iter().any(|v| *v < 0.0 || *v > top) {
-                return shape(format!("particle {i} starts outside the box [0, {top}] at {:?}", start.x[i]));
-            }
-        }
         Ok(())
     }
 
