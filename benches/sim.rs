@@ -113,7 +113,7 @@ impl Middle {
         for (part, grid) in self.layout.parts.iter().zip(shares) {
             let own = |unit: usize| part.blocks.start * unit..part.blocks.end * unit;
             let (next, axes) = (&mut next[own(BLOCK)], &mut axes[own(AXES)]);
-            let (state, anchors) = (&self.sorted.fields[..], &self.sorted.anchors[..]);
+            let (state, anchors) = (&self.sorted.fields[own(BLOCK)], &self.sorted.anchors[..]);
             let (params, layout) = (&self.w.params, &self.layout);
             let kernel = ParticlesToGrid { params, layout, part, state, anchors, next, axes, grid };
             f32::dispatch(self.simd, kernel);

@@ -46,9 +46,9 @@ pub struct ParticlesToGrid<'a, T> {
     pub params: &'a Params,
     pub layout: &'a Layout,
     pub part: &'a Part,
-    /// All packed particles at the substep's start.
+    /// The part's packed particles at the substep's start.
     pub state: &'a [T],
-    /// The nodes that their positions are measured from.
+    /// The nodes that all particles' positions are measured from.
     pub anchors: &'a [T],
     /// The part's particles at its end: receives the new F.
     pub next: &'a mut [T],
@@ -116,7 +116,7 @@ impl<T: Real> Kernel<T> for ParticlesToGrid<'_, T> {
         let params = self.params;
         self.grid.fill(T::default());
         let mut scatter = Scatter::<L>::new(self.layout, self.part, self.grid);
-        let blocks = &self.state.as_chunks::<BLOCK>().0[self.part.blocks.clone()];
+        let blocks = self.state.as_chunks::<BLOCK>().0;
         let anchors = &self.anchors.as_chunks::<ANCHORS>().0[self.part.blocks.clone()];
         let next = self.next.as_chunks_mut::<BLOCK>().0;
         let axes = self.axes.as_chunks_mut::<AXES>().0;

@@ -34,7 +34,7 @@ use super::options::Options;
 use super::params::Params;
 use super::particles::{Packed, ParticleState, pack_adj, permute_adj};
 use super::seed::StepSeed;
-use super::substep::{Substep, SubstepAdj, Workspace};
+use super::substep::{Deformed, Fault, Substep, SubstepAdj, Workspace};
 use super::tool::path::ToolPath;
 use super::tool::{PoseAdj, Tool, ToolPose};
 use crate::math::cloud::Point;
@@ -237,32 +237,37 @@ impl<T: Real> Simulator<T> {
         trace.resize(wanted, self.particles, epoch.layout.len);
         trace.states[0].copy_from_slice(&epoch.start.fields);
         let mut workspace = std::mem::take(&mut self.workspace);
-        let outcome = self.on_threads(|| {
+        let Trace { states, axes, momentum, velocity } = trace;
+        let (anchors, layout) = (&epoch.start.anchors, &epoch.layout);
+        let count = self.on_threads(|| {
+            let located = |t, fault: Fault| fault.locate(t, self.params.substeps, &epoch.ids);
+            let first = self.substep(layout, epoch.first);
+            let (state, rest) = states.split_at_mut(1);
+            let deformed = Deformed { next: &mut rest[0], axes: &mut axes[0] };
+            let begun = first
+                .begin(&state[0], anchors, deformed, &mut workspace)
+                .map_err(|fault| located(epoch.first, fault))?;
+            assert!(begun, "a fresh layout holds every particle");
             for k in 0..wanted {
                 let t = epoch.first + k;
-                let (before, after) = trace.states.split_at_mut(k + 1);
-                let done = self
-                    .substep(&epoch.layout, t)
-                    .run(
-                        &before[k],
-                        &epoch.start.anchors,
-                        &mut after[0],
-                        &mut trace.axes[k],
-                        &mut trace.momentum[k],
-                        &mut trace.velocity[k],
-                        &mut workspace,
-                    )
-                    .map_err(|fault| fault.locate(t, self.params.substeps, &epoch.ids))?;
-                if !done {
-                    break;
+                let [state, next, rest @ ..] = &mut states[k..] else {
+                    unreachable!("one more than substeps")
+                };
+                let ahead = (k + 1 < wanted).then(|| Deformed { next: &mut rest[0], axes: &mut axes[k + 1] });
+                let (momentum, velocity) = (&mut momentum[k], &mut velocity[k]);
+                let go_on = self
+                    .substep(layout, t)
+                    .run(state, anchors, next, momentum, velocity, ahead, &mut workspace)
+                    .map_err(|fault| located(t, fault))?;
+                if !go_on {
+                    return Ok(k + 1);
                 }
-                epoch.count = k + 1;
             }
-            assert!(epoch.count > 0, "a fresh layout holds every particle");
-            Ok(())
+            Ok(wanted)
         });
         self.workspace = workspace;
-        outcome
+        epoch.count = count?;
+        Ok(())
     }
 
     /// The gradient of a loss whose derivatives at the ends of control steps are `seeds` (at most one more
@@ -285,21 +290,25 @@ impl<T: Real> Simulator<T> {
             let epoch = std::mem::take(&mut self.epochs[at]);
             self.ensure_trace(&epoch)?;
             let trace = if epoch.kept { &epoch.trace } else { &self.scratch };
+            let substep_adj = |k: usize| SubstepAdj {
+                substep: self.substep(&epoch.layout, epoch.first + k),
+                state: &trace.states[k],
+                next: &trace.states[k + 1],
+                axes: &trace.axes[k],
+                anchors: &epoch.start.anchors,
+                momentum: &trace.momentum[k],
+                velocity: &trace.velocity[k],
+            };
+            let chain: Vec<_> = (0..epoch.count).map(substep_adj).collect();
             self.on_threads(|| {
+                if let Some(last) = chain.last() {
+                    last.begin(&mut adj, &mut workspace);
+                }
                 for k in (0..epoch.count).rev() {
-                    let t = epoch.first + k;
-                    let job = SubstepAdj {
-                        substep: self.substep(&epoch.layout, t),
-                        state: &trace.states[k],
-                        next: &trace.states[k + 1],
-                        axes: &trace.axes[k],
-                        anchors: &epoch.start.anchors,
-                        momentum: &trace.momentum[k],
-                        velocity: &trace.velocity[k],
-                    };
-                    let (start_adj, end_adj) = job.run(&mut adj, &mut workspace);
+                    let before = k.checked_sub(1).map(|k| &chain[k]);
+                    let (start_adj, end_adj) = chain[k].run(&mut adj, before, &mut workspace);
                     poses_adj.iter_mut().zip(&end_adj).for_each(|(total, end)| total.add(end));
-                    self.path.substep_adj(&self.tools, t, &mut poses_adj, &mut actions_adj);
+                    self.path.substep_adj(&self.tools, epoch.first + k, &mut poses_adj, &mut actions_adj);
                     poses_adj.iter_mut().zip(&start_adj).for_each(|(total, start)| total.add(start));
                 }
             });

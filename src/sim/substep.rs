@@ -3,6 +3,15 @@
 //! A packed state and the tools' poses at both ends come in, the next state goes out; the adjoint is the
 //! same list upside down. Work is split over the layout's parts, whose number does not depend on the
 //! threads, and sums are taken in the order of the parts: so results do not depend on them either.
+//!
+//! Threads meet where the grid is summed and where its velocities are read, twice a substep: G2P and the next substep's
+//! P2G need of a particle only itself and follow one another part by part, while the part is in the cache.
+//!
+//! ```text
+//! P2G_0 | grid_0 | G2P_0, P2G_1 | grid_1 | G2P_1, P2G_2 | .. | grid_N-1 | G2P_N-1
+//! ```
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -11,8 +20,8 @@ use super::contact::{Contact, ContactAdj, contacts};
 use super::error::{Operation, SimError};
 use super::g2p::{GridToParticles, GridToParticlesAdj};
 use super::grid::GridUpdate;
-use super::lanes::{Kernel, Real, SimdLevel};
-use super::layout::Layout;
+use super::lanes::{Kernel, LANES, Real, SimdLevel};
+use super::layout::{Layout, Part};
 use super::p2g::{Outcome, ParticlesToGrid, ParticlesToGridAdj};
 use super::params::Params;
 use super::particles::BLOCK;
@@ -44,11 +53,14 @@ pub struct Fault {
     operation: Operation,
     slot: usize,
     finite: bool,
+    /// Whether it was the following substep's P2G.
+    ahead: bool,
 }
 
 impl Fault {
-    /// Names substep and particle.
+    /// Names the particle and its substep, if it was substep `t` that ran.
     pub fn locate(self, t: usize, substeps: usize, ids: &[u32]) -> SimError {
+        let t = t + usize::from(self.ahead);
         let (step, substep, particle) = (t / substeps, t % substeps, ids[self.slot] as usize);
         if self.finite {
             SimError::Inverted { step, substep, particle }
@@ -83,6 +95,19 @@ fn over_parts<I: Send, R: Send>(
     }
 }
 
+/// Where a part's particles stand in a packed state.
+fn packed(part: &Part) -> Range<usize> {
+    part.blocks.start * BLOCK..part.blocks.end * BLOCK
+}
+
+/// What P2G of one part writes to.
+struct ScatterJob<'a, T> {
+    part: &'a Part,
+    next: &'a mut [T],
+    axes: &'a mut [T],
+    grid: &'a mut Vec<T>,
+}
+
 /// Cuts a slice into consecutive pieces of the given lengths.
 fn cut<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
     lengths
@@ -94,29 +119,61 @@ fn cut<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut
         .collect()
 }
 
+/// Where P2G writes: the deformation at the substep's end, and the eigenvectors that the constitutive update found.
+pub struct Deformed<'a, T> {
+    pub next: &'a mut [T],
+    pub axes: &'a mut [T],
+}
+
 impl Substep<'_> {
-    /// Runs the substep from `state` to `next`, both measured from `anchors`; `axes` receives the eigenvectors that
-    /// the constitutive update found, `momentum` and `velocity` the grid before and after its update. Returns
-    /// false, with nothing to be used, if a particle has left the layout.
+    /// P2G of the first substep on a layout, the start of a chain of [`Substep::run`]. Returns false, with nothing to be
+    /// used, if a particle has left the layout.
+    pub fn begin<T: Real>(
+        &self,
+        state: &[T],
+        anchors: &[T],
+        deformed: Deformed<'_, T>,
+        workspace: &mut Workspace<T>,
+    ) -> Result<bool, Fault> {
+        workspace.fit(self.layout);
+        let states = self.layout.parts.iter().map(|part| &state[packed(part)]);
+        let items = states.zip(self.scatters(deformed, &mut workspace.shares)).collect();
+        let outcomes = over_parts(self.parallel, items, |(state, job)| self.scatter(state, anchors, job));
+        self.all_scattered(&outcomes, state, false)
+    }
+
+    /// Runs the substep from `state` to `next`, both measured from `anchors`, once its P2G has been done, and P2G of the
+    /// substep after it, if there is one to be `ahead`; `momentum` and `velocity` receive the grid before and after its update.
+    /// Returns false if a particle has left the layout, so that P2G of the substep after has to begin on another;
+    /// `next` is right all the same.
     #[expect(clippy::too_many_arguments, reason = "one for each array that a substep reads or writes")]
     pub fn run<T: Real>(
         &self,
         state: &[T],
         anchors: &[T],
         next: &mut [T],
-        axes: &mut [T],
         momentum: &mut [T],
         velocity: &mut [T],
+        ahead: Option<Deformed<'_, T>>,
         workspace: &mut Workspace<T>,
     ) -> Result<bool, Fault> {
-        workspace.fit(self.layout);
         let contacts = contacts(self.params, self.tools, self.start, self.end);
-        if !self.particles_to_grid(state, anchors, next, axes, &mut workspace.shares)? {
-            return Ok(false);
-        }
         self.update_grid(&contacts, &workspace.shares, momentum, velocity);
-        self.grid_to_particles(state, anchors, velocity, next)?;
-        Ok(true)
+        let velocity = &*velocity;
+        let jobs: Vec<_> = match ahead {
+            Some(deformed) => self.scatters(deformed, &mut workspace.shares).map(Some).collect(),
+            None => self.layout.parts.iter().map(|_| None).collect(),
+        };
+        let pieces = cut(next, self.block_lengths());
+        let items = self.layout.parts.iter().zip(pieces).zip(jobs).collect();
+        let outcomes = over_parts(self.parallel, items, |((part, next), job)| {
+            match self.gather(part, state, anchors, velocity, next) {
+                Some(slot) => Err(Fault { operation: Operation::G2p, slot, finite: false, ahead: false }),
+                None => Ok(job.map_or(Outcome::Done, |job| self.scatter(next, anchors, job))),
+            }
+        });
+        let outcomes = outcomes.into_iter().collect::<Result<Vec<_>, _>>()?;
+        self.all_scattered(&outcomes, next, true)
     }
 
     /// Packed numbers of each part's particles.
@@ -133,36 +190,46 @@ impl Substep<'_> {
         T::dispatch(self.simd, kernel)
     }
 
-    fn particles_to_grid<T: Real>(
+    /// What P2G of each part works on.
+    fn scatters<'a, T: Real>(
+        &'a self,
+        deformed: Deformed<'a, T>,
+        shares: &'a mut [Vec<T>],
+    ) -> impl Iterator<Item = ScatterJob<'a, T>> {
+        let next = cut(deformed.next, self.block_lengths());
+        let axes = cut(deformed.axes, self.layout.parts.iter().map(|p| p.blocks.len() * AXES));
+        let items = self.layout.parts.iter().zip(next).zip(axes).zip(shares);
+        items.map(|(((part, next), axes), grid)| ScatterJob { part, next, axes, grid })
+    }
+
+    /// P2G of one part, whose packed particles are `state`.
+    fn scatter<T: Real>(&self, state: &[T], anchors: &[T], job: ScatterJob<'_, T>) -> Outcome {
+        let ScatterJob { part, next, axes, grid } = job;
+        let (params, layout) = (self.params, self.layout);
+        self.dispatch(ParticlesToGrid { params, layout, part, state, anchors, next, axes, grid })
+    }
+
+    /// G2P of one part; returns the first slot whose new position is not a number.
+    fn gather<T: Real>(
         &self,
+        part: &Part,
         state: &[T],
         anchors: &[T],
+        velocity: &[T],
         next: &mut [T],
-        axes: &mut [T],
-        shares: &mut [Vec<T>],
-    ) -> Result<bool, Fault> {
-        let next = cut(next, self.block_lengths());
-        let axes = cut(axes, self.layout.parts.iter().map(|p| p.blocks.len() * AXES));
-        let items = self.layout.parts.iter().zip(next).zip(axes).zip(shares).collect();
-        let outcomes = over_parts(self.parallel, items, |(((part, next), axes), grid)| {
-            self.dispatch(ParticlesToGrid {
-                params: self.params,
-                layout: self.layout,
-                part,
-                state,
-                anchors,
-                next,
-                axes,
-                grid,
-            })
-        });
-        for outcome in &outcomes {
+    ) -> Option<usize> {
+        let (params, layout) = (self.params, self.layout);
+        self.dispatch(GridToParticles { params, layout, part, state, anchors, velocity, next })
+    }
+
+    /// Whether every particle of `state` was scattered.
+    fn all_scattered<T: Real>(&self, outcomes: &[Outcome], state: &[T], ahead: bool) -> Result<bool, Fault> {
+        for outcome in outcomes {
             if let Outcome::BadDeformation { slot } = *outcome {
-                let block = &state[slot / super::lanes::LANES * BLOCK..];
-                let lane = slot % super::lanes::LANES;
-                let finite = (0..BLOCK / super::lanes::LANES)
-                    .all(|field| block[field * super::lanes::LANES + lane].to_f64().is_finite());
-                return Err(Fault { operation: Operation::Constitutive, slot, finite });
+                let block = &state[slot / LANES * BLOCK..];
+                let finite =
+                    (0..BLOCK / LANES).all(|field| block[field * LANES + slot % LANES].to_f64().is_finite());
+                return Err(Fault { operation: Operation::Constitutive, slot, finite, ahead });
             }
         }
         Ok(outcomes.iter().all(|o| *o == Outcome::Done))
@@ -191,32 +258,6 @@ impl Substep<'_> {
             .run(momentum, velocity);
         });
     }
-
-    fn grid_to_particles<T: Real>(
-        &self,
-        state: &[T],
-        anchors: &[T],
-        velocity: &[T],
-        next: &mut [T],
-    ) -> Result<(), Fault> {
-        let next = cut(next, self.block_lengths());
-        let items = self.layout.parts.iter().zip(next).collect();
-        let bad = over_parts(self.parallel, items, |(part, next)| {
-            self.dispatch(GridToParticles {
-                params: self.params,
-                layout: self.layout,
-                part,
-                state,
-                anchors,
-                velocity,
-                next,
-            })
-        });
-        match bad.into_iter().flatten().next() {
-            Some(slot) => Err(Fault { operation: Operation::G2p, slot, finite: false }),
-            None => Ok(()),
-        }
-    }
 }
 
 /// The backward pass of one substep.
@@ -232,34 +273,68 @@ pub struct SubstepAdj<'a, T> {
 }
 
 impl<T: Real> SubstepAdj<'_, T> {
-    /// Turns the adjoint of the state at the end into that at the start, in place; returns the adjoints
-    /// of the tools' poses at the start and at the end, as far as contact knows them.
-    pub fn run(&self, adj: &mut [T], workspace: &mut Workspace<T>) -> (Vec<PoseAdj>, Vec<PoseAdj>) {
+    /// The adjoint of G2P of the last substep on a layout, the start of a chain of [`SubstepAdj::run`].
+    pub fn begin(&self, adj: &mut [T], workspace: &mut Workspace<T>) {
         let s = &self.substep;
         workspace.fit(s.layout);
-        let contacts = contacts(s.params, s.tools, s.start, s.end);
-        self.grid_to_particles_adj(adj, &mut workspace.shares);
-        let frames_adj = self.update_grid_adj(&contacts, &workspace.shares, &mut workspace.momentum_adj);
-        self.particles_to_grid_adj(&workspace.momentum_adj, adj);
-        self.contacts_adj(&contacts, &frames_adj)
+        let adj = cut(adj, s.block_lengths());
+        let items = s.layout.parts.iter().zip(adj).zip(&mut workspace.shares).collect();
+        over_parts(s.parallel, items, |((part, adj), grid_adj)| self.gather_adj(part, adj, grid_adj));
     }
 
-    fn grid_to_particles_adj(&self, adj: &mut [T], shares: &mut [Vec<T>]) {
+    /// Turns the adjoint of the state at the end into that at the start, in place, once the adjoint of its G2P has been
+    /// done, and does that of G2P of the substep `before`, if there is one on this layout. Returns the adjoints of the
+    /// tools' poses at the start and at the end, as far as contact knows them.
+    pub fn run(
+        &self,
+        adj: &mut [T],
+        before: Option<&Self>,
+        workspace: &mut Workspace<T>,
+    ) -> (Vec<PoseAdj>, Vec<PoseAdj>) {
         let s = &self.substep;
+        let contacts = contacts(s.params, s.tools, s.start, s.end);
+        let Workspace { shares, momentum_adj } = workspace;
+        let frames_adj = self.update_grid_adj(&contacts, shares, momentum_adj);
+        let momentum_adj = &momentum_adj[..];
         let adj = cut(adj, s.block_lengths());
         let items = s.layout.parts.iter().zip(adj).zip(shares).collect();
         over_parts(s.parallel, items, |((part, adj), grid_adj)| {
-            s.dispatch(GridToParticlesAdj {
-                params: s.params,
-                layout: s.layout,
-                part,
-                state: self.state,
-                next: self.next,
-                anchors: self.anchors,
-                velocity: self.velocity,
-                adj,
-                grid_adj,
-            });
+            self.scatter_adj(part, momentum_adj, adj);
+            if let Some(before) = before {
+                before.gather_adj(part, adj, grid_adj);
+            }
+        });
+        self.contacts_adj(&contacts, &frames_adj)
+    }
+
+    /// Adjoint of G2P of one part.
+    fn gather_adj(&self, part: &Part, adj: &mut [T], grid_adj: &mut [T]) {
+        let s = &self.substep;
+        s.dispatch(GridToParticlesAdj {
+            params: s.params,
+            layout: s.layout,
+            part,
+            state: self.state,
+            next: self.next,
+            anchors: self.anchors,
+            velocity: self.velocity,
+            adj,
+            grid_adj,
+        });
+    }
+
+    /// Adjoint of P2G of one part.
+    fn scatter_adj(&self, part: &Part, grid_adj: &[T], adj: &mut [T]) {
+        let s = &self.substep;
+        s.dispatch(ParticlesToGridAdj {
+            params: s.params,
+            layout: s.layout,
+            part,
+            state: self.state,
+            anchors: self.anchors,
+            axes: self.axes,
+            grid_adj,
+            adj,
         });
     }
 
@@ -286,24 +361,6 @@ impl<T: Real> SubstepAdj<'_, T> {
             }
         }
         total
-    }
-
-    fn particles_to_grid_adj(&self, grid_adj: &[T], adj: &mut [T]) {
-        let s = &self.substep;
-        let adj = cut(adj, s.block_lengths());
-        let items = s.layout.parts.iter().zip(adj).collect();
-        over_parts(s.parallel, items, |(part, adj)| {
-            s.dispatch(ParticlesToGridAdj {
-                params: s.params,
-                layout: s.layout,
-                part,
-                state: self.state,
-                anchors: self.anchors,
-                axes: self.axes,
-                grid_adj,
-                adj,
-            });
-        });
     }
 
     fn contacts_adj(
