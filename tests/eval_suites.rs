@@ -250,6 +250,39 @@ fn shards_merge_to_what_one_run_gives() {
 }
 
 #[test]
+fn the_same_trials_of_another_suite_are_taken_over() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let two = |methods| ["--method", methods, "--iterations", "1", "--task", "cut", "--trials", "2"];
+    ok(&eval("single-tool", &at("first"), &two("paper")));
+    let first = at("first");
+    let reuse = ["--reuse", first.to_str().unwrap()];
+    let both = two("paper,paper-no-reset");
+    ok(&eval("single-tool-ablation", &at("alone"), &both));
+    let output = eval("single-tool-ablation", &at("reused"), &[&both[..], &reuse].concat());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("2 trials are taken over"), "{output:?}");
+    ok(&output);
+    assert_eq!(results(&at("reused")), results(&at("alone")));
+
+    // Not run again: even the seconds are those of the first time. Nothing is taken over twice.
+    let lines = |name| fs::read_to_string(at(name).join("results.jsonl")).unwrap();
+    let reused = lines("reused");
+    for line in lines("first").lines() {
+        assert!(reused.contains(&line.replace("\"single-tool\"", "\"single-tool-ablation\"")), "{line}");
+    }
+    ok(&eval("single-tool-ablation", &at("reused"), &[&both[..], &reuse, &["--resume"]].concat()));
+    assert_eq!(lines("reused"), reused);
+
+    // Another configuration's trials are others.
+    let output = eval("single-tool", &at("seed"), &[&two("paper")[..], &reuse, &["--seed", "1"]].concat());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("0 trials are taken over"), "{output:?}");
+    let nothing = at("nothing");
+    let more = [&both[..], &["--reuse", nothing.to_str().unwrap()]].concat();
+    assert!(refused(&eval("single-tool-ablation", &at("new"), &more)).contains("nothing"));
+    assert!(!at("new").exists());
+}
+
+#[test]
 fn another_configuration_or_suite_is_not_mixed_in() {
     let dir = tempfile::tempdir().unwrap();
     let one = ["--method", "paper", "--iterations", "1", "--task", "cut", "--trials", "1"];

@@ -148,6 +148,31 @@ impl ResultsDir {
         }
     }
 
+    /// Claims a trial that has no result yet; `None` if it has one, or if another process runs it now.
+    pub fn claim_pending(&self, spec: &Spec) -> Result<Option<Claim>, ResultsError> {
+        let Some(claim) = self.claim(spec)? else { return Ok(None) };
+        if self.read()?.iter().any(|trial| spec.is(trial)) {
+            claim.settle();
+            return Ok(None);
+        }
+        Ok(Some(claim))
+    }
+
+    /// Copies the results of another experiment's trials that are the same as some of `specs` and have no result here:
+    /// suites may share trials. Returns how many.
+    pub fn take_over(&self, other: &Self, specs: &[Spec]) -> Result<usize, ResultsError> {
+        let mut count = 0;
+        for trial in other.read()? {
+            let same = |spec: &&Spec| spec.is(&trial) && spec.config == trial.config;
+            let Some(spec) = specs.iter().find(same) else { continue };
+            let Some(claim) = self.claim_pending(spec)? else { continue };
+            self.append(&Trial { suite: spec.suite, ..trial })?;
+            claim.settle();
+            count += 1;
+        }
+        Ok(count)
+    }
+
     /// Refuses results that another configuration has given to one of the tasks and methods in `specs`.
     pub fn check_config(&self, trials: &[Trial], specs: &[Spec]) -> Result<(), ResultsError> {
         for (at, trial) in trials.iter().enumerate() {

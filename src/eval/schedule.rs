@@ -105,15 +105,10 @@ impl Schedule<'_> {
         let claim = match self.dir {
             None => None,
             Some(dir) => {
-                let Some(claim) = dir.claim(spec)? else {
+                let Some(claim) = dir.claim_pending(spec)? else {
                     observe(Event::Elsewhere { spec });
                     return Ok(None);
                 };
-                if dir.read()?.iter().any(|trial| spec.is(trial)) {
-                    claim.settle();
-                    observe(Event::Elsewhere { spec });
-                    return Ok(None);
-                }
                 Some(claim)
             }
         };

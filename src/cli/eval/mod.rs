@@ -33,6 +33,7 @@ use progress::Progress;
     results.csv, chart.svg and, where targets are generated, targets.json and targets/.\n\nExamples:\n  \
     donut eval --suite single-tool --method donut,paper --out results/single\n  \
     donut eval --suite multi-tool --jobs 4 --out results/multi --resume     go on after an interruption\n  \
+    donut eval --suite multi-tool-ablation --reuse results/multi            what both have is not run again\n  \
     donut eval --suite multi-tool --shard 2/8 --out part-2                  the second of eight parts\n  \
     donut eval merge part-* --out results/multi                             all parts\n  \
     donut eval table --update README.md                                     the tables in a document"
@@ -77,6 +78,10 @@ pub struct EvalArgs {
     /// Go on with the results that DIR holds. Their configuration must be this one.
     #[arg(long)]
     resume: bool,
+    /// Take over the trials of another experiment that are the same, instead of running them again: those of `paper` in
+    /// multi-tool and multi-tool-ablation, for example. Several with commas or by repetition.
+    #[arg(long, value_name = "DIR", value_delimiter = ',')]
+    reuse: Vec<PathBuf>,
     /// Only part K of N, for several machines: every N-th trial. `donut eval merge` joins the parts.
     #[arg(long, value_name = "K/N")]
     shard: Option<String>,
@@ -114,10 +119,16 @@ impl EvalArgs {
 
         let out =
             self.out.clone().unwrap_or_else(|| Path::new("runs").join(format!("eval-{}", suite.name())));
+        let others: Vec<ResultsDir> =
+            self.reuse.iter().map(|path| ResultsDir::existing(path)).collect::<Result<_, _>>()?;
         let dir = ResultsDir::open(&out, self.resume)?;
-        let before = dir.read()?;
-        dir.check_config(&before, &all)?;
+        dir.check_config(&dir.read()?, &all)?;
         write_targets(&out, &mine, &config)?;
+        for other in &others {
+            let count = dir.take_over(other, &mine)?;
+            eprintln!("{count} trials are taken over from {}", other.path().display());
+        }
+        let before = dir.read()?;
         let pending: Vec<Spec> =
             mine.into_iter().filter(|spec| !before.iter().any(|trial| spec.is(trial))).collect();
         if !before.is_empty() {
