@@ -111,6 +111,20 @@ fn dough_at_rest_gains_no_energy() {
 }
 
 #[test]
+fn an_error_names_the_substep_that_it_happened_in() {
+    let error = |substeps: usize| {
+        let params = Params { substeps, ..weightless() };
+        let mut start = ParticleState::at_rest(block(3, [0.5; 3], 0.004));
+        // So fast towards the middle that the second substep turns the dough inside out.
+        start.v = start.x.iter().map(|x| x.map(|x| -1e5 * (x - 0.504))).collect();
+        let mut sim = Simulator::<f64>::new(params, vec![], Options::default());
+        sim.rollout(&start, &[], &vec![vec![]; 3]).unwrap_err()
+    };
+    assert!(matches!(error(10), SimError::Inverted { step: 0, substep: 1, .. }), "{}", error(10));
+    assert!(matches!(error(1), SimError::Inverted { step: 1, substep: 0, .. }), "{}", error(1));
+}
+
+#[test]
 fn errors_name_operation_step_and_particle() {
     let params = Params::default();
     let mut sim = Simulator::<f64>::new(params.clone(), vec![], Options::default());
