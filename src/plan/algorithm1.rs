@@ -50,6 +50,7 @@ pub fn plan_stage<T: Real>(
                     reachable: &reachable,
                     delta: settings.pose_delta_m,
                     score: settings.start_score,
+                    turns: settings.start_turns,
                 };
                 let found = if switches.placement { place.best(&failed) } else { Some(place.fixed()) };
                 let Some(best) = found else { break StopReason::NoPlace };

@@ -6,8 +6,11 @@
 
 use super::settings::StartScore;
 use crate::math::cloud::{Bounds, Point, centroid, distance, sub};
+use crate::math::quaternion::{from_axis_angle, product};
 use crate::sim::tool::PoseAdj;
 use crate::sim::{Motion, Tool, ToolPose};
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
 
 /// Distance to keep from the dough at the start, m: contact begins at less than that.
 const CLEARANCE: f64 = 0.004;
@@ -22,7 +25,7 @@ const COARSE_GAPS: usize = 4;
 const DESCENT: [f64; 4] = [0.008, 0.002, 0.0005, 0.0001];
 /// Candidates whose scores are this close, as a share, are told apart by their distance from the middle.
 const TIE: f64 = 0.02;
-/// A start this close to a failed one is the same start, m.
+/// A start this close to a failed one, and turned alike, is the same start, m.
 const SAME_PLACE: f64 = 0.012;
 
 /// What the placement of a tool depends on.
@@ -40,16 +43,25 @@ pub struct Placement<'a> {
     /// delta, m.
     pub delta: f64,
     pub score: StartScore,
+    /// Orientations that are tried: the rest pose's, turned about the vertical in so many equal parts of a circle.
+    pub turns: usize,
 }
 
 impl Placement<'_> {
     /// The best start pose that is not near one of `failed`; the best of all if that leaves none. `None` if
     /// the tool fits nowhere.
     pub fn best(&self, failed: &[ToolPose]) -> Option<ToolPose> {
-        let scored: Vec<(f64, ToolPose)> =
-            self.candidates(self.rest.rotation).into_iter().map(|pose| (self.score(&pose), pose)).collect();
-        let is_new =
-            |pose: &ToolPose| failed.iter().all(|f| distance(f.position, pose.position) > SAME_PLACE);
+        let scored: Vec<(f64, ToolPose)> = self
+            .orientations()
+            .into_iter()
+            .flat_map(|rotation| self.candidates(rotation))
+            .map(|pose| (self.score(&pose), pose))
+            .collect();
+        let is_same = |a: &ToolPose, b: &ToolPose| {
+            distance(a.position, b.position) <= SAME_PLACE
+                && same_surface(self.tool, a, &ToolPose { rotation: b.rotation, ..*a })
+        };
+        let is_new = |pose: &ToolPose| failed.iter().all(|f| !is_same(f, pose));
         let middle = self.middle();
         let best = |fresh: bool| {
             let pool = || scored.iter().filter(|(_, pose)| !fresh || is_new(pose));
@@ -66,6 +78,20 @@ impl Placement<'_> {
     /// The start without a choice: where the tool waits, lowered until it almost touches the dough if it can be.
     pub fn fixed(&self) -> ToolPose {
         self.lowered(*self.rest).unwrap_or(*self.rest)
+    }
+
+    /// The orientations that are tried, those of which the tool looks the same once: a pole has one, a rolling pin
+    /// the half of its turns.
+    fn orientations(&self) -> Vec<[f64; 4]> {
+        let mut kept: Vec<ToolPose> = Vec::new();
+        for k in 0..self.turns {
+            let turn = from_axis_angle(Vector3::new(0.0, TAU * k as f64 / self.turns as f64, 0.0));
+            let pose = ToolPose { rotation: product(turn, self.rest.rotation), ..*self.rest };
+            if kept.iter().all(|other| !same_surface(self.tool, other, &pose)) {
+                kept.push(pose);
+            }
+        }
+        kept.into_iter().map(|pose| pose.rotation).collect()
     }
 
     /// Centre of the active dough.
@@ -212,6 +238,18 @@ impl Placement<'_> {
     }
 }
 
+/// Whether a tool looks the same from all sides at both poses: at points around it, it is as far away.
+pub fn same_surface(tool: &Tool, a: &ToolPose, b: &ToolPose) -> bool {
+    let (min, max) = tool.bounds(a);
+    (0..8).all(|corner| {
+        let p = std::array::from_fn(|k| {
+            let t = if corner >> k & 1 == 1 { 0.9 } else { 0.2 };
+            min[k] + t * (max[k] - min[k])
+        });
+        (tool.distance(a, p) - tool.distance(b, p)).abs() < 1e-3
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -253,6 +291,7 @@ mod tests {
             reachable: &flattened,
             delta: 0.01,
             score: StartScore::Direction,
+            turns: 1,
         };
         let around = place.candidates(REST.rotation);
         assert!(!around.is_empty());
@@ -283,8 +322,84 @@ mod tests {
             reachable: &slab,
             delta: 0.01,
             score: StartScore::Direction,
+            turns: 1,
         };
         assert!(place.candidates_outside(REST.rotation).is_empty());
         assert_eq!(place.candidates(REST.rotation).len(), GRID * GRID);
+    }
+
+    #[test]
+    fn a_rolling_pin_starts_along_the_bar_it_should_flatten() {
+        let tool = Tool {
+            name: "rolling pin".into(),
+            shape: Shape::Capsule { radius: 0.03, length: 0.3 },
+            motion: Motion::RollingPin,
+            friction: 0.9,
+            action_scale: vec![0.7, 0.005, 0.005, 0.005],
+            lower_bound: [0.0, 0.06, 0.0],
+            upper_bound: [1.0; 3],
+        };
+        // The pin waits along z; the bar lies along x.
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let rest = ToolPose { position: [0.5, 0.3, 0.5], rotation: [half, half, 0.0, 0.0], gap: 0.0 };
+        let at = |k: usize, n: usize, low: f64, size: f64| low + size * k as f64 / (n - 1) as f64;
+        let bar: Vec<Point> = (0..31 * 7 * 7)
+            .map(|i| [at(i % 31, 31, 0.35, 0.3), at(i / 31 % 7, 7, 0.04, 0.06), at(i / 217, 7, 0.47, 0.06)])
+            .collect();
+        let active: Vec<usize> = (0..bar.len()).collect();
+        let flattened: Vec<Point> = bar.iter().map(|p| [p[0], 0.5 * p[1], p[2]]).collect();
+        let place = |turns: usize| Placement {
+            tool: &tool,
+            rest: &rest,
+            positions: &bar,
+            active: &active,
+            reachable: &flattened,
+            delta: 0.01,
+            score: StartScore::Direction,
+            turns,
+        };
+        let extent = |pose: &ToolPose| {
+            let (min, max) = tool.bounds(pose);
+            (max[0] - min[0], max[2] - min[2])
+        };
+        assert_eq!(place(8).orientations().len(), 4, "a pin looks the same from both ends");
+        let across = place(1).best(&[]).unwrap();
+        assert_eq!(across.rotation, rest.rotation);
+        let along = place(8).best(&[]).unwrap();
+        let (x, z) = extent(&along);
+        assert!(x > 0.3 && z < 0.1, "{along:?}");
+        assert!(place(8).score(&along) > place(8).score(&across));
+        // Turned otherwise, the pin may begin where a start has failed.
+        let next = place(8).best(&[along]).unwrap();
+        let turned = ToolPose { rotation: next.rotation, ..along };
+        assert!(
+            distance(next.position, along.position) > SAME_PLACE || !same_surface(&tool, &along, &turned),
+            "{next:?}"
+        );
+    }
+
+    #[test]
+    fn a_pole_has_one_orientation() {
+        let tool = Tool {
+            shape: Shape::Capsule { radius: 0.02, length: 0.2 },
+            motion: Motion::Translation,
+            action_scale: vec![0.01; 3],
+            ..gripper()
+        };
+        let slab = slab();
+        let active: Vec<usize> = (0..slab.len()).collect();
+        let place = Placement {
+            tool: &tool,
+            rest: &REST,
+            positions: &slab,
+            active: &active,
+            reachable: &slab,
+            delta: 0.01,
+            score: StartScore::Direction,
+            turns: 8,
+        };
+        assert_eq!(place.orientations(), [REST.rotation]);
+        let gripper = gripper();
+        assert_eq!(Placement { tool: &gripper, ..place }.orientations().len(), 4);
     }
 }

@@ -26,14 +26,23 @@ pub struct PlannerSettings {
     pub loss_weights: [f64; 3],
     /// How start poses are scored: `nearness` as in the paper, or `direction`.
     pub start_score: StartScore,
+    /// Orientations tried for a start pose: the rest pose's, turned about the vertical in so many equal parts of a circle.
+    #[serde(default = "rest_only")]
+    pub start_turns: usize,
     /// delta: keeps the start-pose score finite at contact, m.
     pub pose_delta_m: f64,
     /// tau: the stage is done when its EMD is below this, m.
     pub emd_tolerance_m: f64,
-    /// A segment that lowers the EMD by less than this share is followed by a new start; 0 as in the paper.
+    /// A segment that lowers the EMD by less than this share is followed by a new start: none with 0, as in the
+    /// paper, all with 1.
     pub reset_below_gain: f64,
     /// Failed segments in a row after which a stage gives up.
     pub max_failures: usize,
+}
+
+/// `start_turns` where a task file does not say.
+fn rest_only() -> usize {
+    1
 }
 
 /// How a stage is planned.

@@ -72,6 +72,7 @@ fn case(scene: &Scene, setup: &ToolSetup, settled: &ParticleState, seed: u64) ->
         reachable: &target,
         delta: scene.planner.pose_delta_m,
         score: StartScore::Nearness,
+        turns: 1,
     };
     let pose = placement.best(&[]).ok_or_else(|| CaseError::NoRoom(setup.tool.name.clone()))?;
     let mut rng = seeded(seed, &setup.tool.name);

@@ -217,9 +217,10 @@ fn check_planner(planner: &PlannerSettings) -> Result<(), Complaint> {
     for weight in planner.loss_weights {
         not_negative("planner.loss_weights", weight)?;
     }
+    count("planner.start_turns", planner.start_turns, 1..=360)?;
     positive("planner.pose_delta_m", planner.pose_delta_m)?;
     not_negative("planner.emd_tolerance_m", planner.emd_tolerance_m)?;
-    number("planner.reset_below_gain", planner.reset_below_gain, |x| (0.0..1.0).contains(&x), "in [0, 1)")?;
+    number("planner.reset_below_gain", planner.reset_below_gain, |x| (0.0..=1.0).contains(&x), "in [0, 1]")?;
     count("planner.max_failures", planner.max_failures, 1..=MOST)?;
     Ok(())
 }

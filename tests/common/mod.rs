@@ -191,6 +191,7 @@ fn settings() -> PlannerSettings {
         learning_rate: 0.02,
         loss_weights: [1.0, 1.0, 0.02],
         start_score: StartScore::Nearness,
+        start_turns: 1,
         pose_delta_m: 0.001,
         emd_tolerance_m: 0.002,
         reset_below_gain: 0.0,

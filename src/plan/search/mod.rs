@@ -319,6 +319,8 @@ fn placement<'a>(
         reachable,
         delta: problem.settings.pose_delta_m,
         score: StartScore::Direction,
+        // The search turns the tool itself.
+        turns: 1,
     }
 }
 

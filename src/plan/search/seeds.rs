@@ -4,7 +4,7 @@
 //! direction in the space of actions that pushes best. Imports placement.
 
 use crate::math::cloud::{Point, distance};
-use crate::plan::placement::Placement;
+use crate::plan::placement::{Placement, same_surface};
 use crate::plan::search::stroke::{Stroke, free_components};
 use crate::sim::ToolPose;
 use crate::sim::tool::path::ToolPath;
@@ -108,18 +108,6 @@ fn apart(tool: &Tool, mut scored: Vec<Scored>, count: usize) -> Vec<Scored> {
         }
     }
     chosen
-}
-
-/// Whether a tool looks the same from all sides at both poses: at points around it, it is as far away.
-fn same_surface(tool: &Tool, a: &ToolPose, b: &ToolPose) -> bool {
-    let (min, max) = tool.bounds(a);
-    (0..8).all(|corner| {
-        let p = std::array::from_fn(|k| {
-            let t = if corner >> k & 1 == 1 { 0.9 } else { 0.2 };
-            min[k] + t * (max[k] - min[k])
-        });
-        (tool.distance(a, p) - tool.distance(b, p)).abs() < 1e-3
-    })
 }
 
 /// Which way each action should go, to first order: an action that brings the tool's surface nearer to dough
