@@ -123,6 +123,25 @@ fn without_reset_a_segment_that_made_it_worse_is_kept_and_the_tool_goes_on() {
     assert_eq!(without.segments[0].horizon.actions, with.segments[0].horizon.actions);
 }
 
+#[test]
+fn where_no_gain_is_enough_every_segment_begins_anew() {
+    let (mut scene, dough) = bar();
+    let target = slid(&dough);
+    scene.planner.max_steps = 15;
+    scene.planner.reset_below_gain = 1.0;
+    let anew = plan(&scene, &dough, &target, Method::Paper);
+    assert_eq!(anew.segments.len(), 3);
+    assert!(anew.segments.iter().all(|s| s.placed && s.accepted));
+    assert_eq!(anew.resets, 2);
+    assert_ne!(anew.segments[1].start_pose, anew.segments[0].start_pose);
+
+    scene.planner.reset_below_gain = 0.0;
+    let on = plan(&scene, &dough, &target, Method::Paper);
+    assert!(on.segments[0].emd_after <= on.segments[0].emd_before, "the first segment gains");
+    assert!(!on.segments[1].placed, "so the tool goes on from where it is");
+    assert_eq!(on.segments[1].start_pose, *on.segments[0].horizon.poses.last().unwrap());
+}
+
 fn run(method: Method) -> TaskRun {
     let mut scene = load_scene("donut").unwrap();
     scene.dough.particles = PARTICLES;
