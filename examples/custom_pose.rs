@@ -40,6 +40,7 @@ fn main() -> Result<()> {
         reachable: &goal,
         delta: settings.pose_delta_m,
         score: settings.start_score,
+        turns: settings.start_turns,
     };
     let chosen = placement.best(&[]).context("the pin fits nowhere")?;
     // Over the middle, turned about the vertical, and lowered until it almost touches. (w, x, y, z): lying along z,
