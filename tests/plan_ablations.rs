@@ -6,7 +6,7 @@ use donut::llm::recorded::recorded;
 use donut::llm::stages_from_answer;
 use donut::math::cloud::Point;
 use donut::plan::settings::{Effort, Method, SearchSettings};
-use donut::plan::{StageProblem, StageTrace, plan_stage};
+use donut::plan::{SegmentTrace, StageProblem, StageTrace, plan_stage};
 use donut::sim::{Options, ParticleState, Simulator};
 use donut::task::run::{Planning, TaskRun, run_task};
 use donut::task::{Scene, load_scene};
@@ -127,19 +127,23 @@ fn without_reset_a_segment_that_made_it_worse_is_kept_and_the_tool_goes_on() {
 fn where_no_gain_is_enough_every_segment_begins_anew() {
     let (mut scene, dough) = bar();
     let target = slid(&dough);
+    scene.planner.learning_rate = 0.3;
     scene.planner.max_steps = 15;
     scene.planner.reset_below_gain = 1.0;
     let anew = plan(&scene, &dough, &target, Method::Paper);
-    assert_eq!(anew.segments.len(), 3);
-    assert!(anew.segments.iter().all(|s| s.placed && s.accepted));
-    assert_eq!(anew.resets, 2);
+    assert!(anew.segments.len() >= 3 && anew.segments.iter().all(|s| s.placed));
+    assert_eq!(anew.resets, anew.segments.len() - 1);
     assert_ne!(anew.segments[1].start_pose, anew.segments[0].start_pose);
 
     scene.planner.reset_below_gain = 0.0;
     let on = plan(&scene, &dough, &target, Method::Paper);
-    assert!(on.segments[0].emd_after <= on.segments[0].emd_before, "the first segment gains");
-    assert!(!on.segments[1].placed, "so the tool goes on from where it is");
-    assert_eq!(on.segments[1].start_pose, *on.segments[0].horizon.poses.last().unwrap());
+    let goes_on = |pair: &[SegmentTrace]| pair[0].accepted && pair[0].emd_after <= pair[0].emd_before;
+    assert!(on.segments.windows(2).any(goes_on), "no segment gains");
+    for pair in on.segments.windows(2) {
+        assert_eq!(pair[1].placed, !goes_on(pair));
+        let end = pair[0].horizon.poses.last().unwrap();
+        assert_eq!(pair[1].start_pose == *end, goes_on(pair));
+    }
 }
 
 fn run(method: Method) -> TaskRun {
