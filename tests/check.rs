@@ -67,6 +67,16 @@ fn bad_tasks_get_one_error_and_exit_code_2() {
     let (code, _, error) = donut(&["check", "--task", file.to_str().unwrap()]);
     assert_eq!(code, 2);
     assert!(error.contains("mine.toml, line") && error.contains("dough.shape.ball.radius_m"), "{error}");
+
+    for (from, to, words) in [
+        ("name = \"donut\"", "name = \"../donut\"", "`name` is"),
+        ("recorded_answers = \"donut\"", "recorded_answers = \"nope\"", "only donut, baguette, two-pancakes"),
+    ] {
+        assert!(donut_toml.contains(from), "{from}");
+        std::fs::write(&file, donut_toml.replace(from, to)).unwrap();
+        let (code, _, error) = donut(&["check", "--task", file.to_str().unwrap()]);
+        assert!(code == 2 && error.contains(words), "{error}");
+    }
 }
 
 #[test]
@@ -83,6 +93,14 @@ fn an_answer_is_checked_with_the_task() {
     assert_eq!(code, 2);
     assert!(error.contains("step 2 puts `donut`") && error.contains("outside the workspace"), "{error}");
     assert!(error.contains("warning:") && error.contains("changes the volume"), "{error}");
+
+    // Another unit asks for eight times the dough.
+    let scale = folder.path().join("scale.toml");
+    let large = include_str!("../tasks/donut.toml").replace("llm_unit_m = 0.07", "llm_unit_m = 0.14");
+    std::fs::write(&scale, large).unwrap();
+    let (code, _, error) = donut(&["check", "--task", scale.to_str().unwrap()]);
+    assert_eq!(code, 0, "{error}");
+    assert!(error.contains("m^3 of the dough") && error.contains("a llm_unit_m of 0.5"), "{error}");
 
     let (code, _, error) = donut(&["check", "--task", "spread", "--response", file.to_str().unwrap()]);
     assert_eq!(code, 2);

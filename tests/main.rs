@@ -21,6 +21,7 @@ mod python_engine;
 mod report;
 mod report_browser;
 mod run_dir;
+mod simulate_command;
 mod stagecode;
 mod stagecode_fuzz;
 mod stagecode_programs;

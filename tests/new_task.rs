@@ -44,6 +44,23 @@ fn a_new_task_without_an_answer_says_how_to_get_one() {
 }
 
 #[test]
+fn a_reader_that_has_had_enough_is_no_error() {
+    use std::process::{Command, Stdio};
+    for args in [
+        &["tasks", "--show", "donut"][..],
+        &["tasks"],
+        &["prompt", "--task", "donut"],
+        &["completions", "bash"],
+    ] {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin("donut"));
+        let mut child = command.args(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        assert!(output.status.success() && output.stderr.is_empty(), "{args:?}: {output:?}");
+    }
+}
+
+#[test]
 fn completions_know_the_commands() {
     let dir = tempfile::tempdir().unwrap();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {

@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::bench_emd::{self, EmdResult};
 use super::bench_sim::{self, BatchResult, CaseResult};
 use super::memory::MemoryArgs;
+use super::stdout;
 use crate::sim::{Options, SimdLevel};
 
 /// Times the simulator and the earth mover's distance on fixed work.
@@ -87,24 +88,24 @@ pub fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
         simd: format!("{simd:?}").to_lowercase(),
     };
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&result)?);
+        stdout::line(serde_json::to_string_pretty(&result)?)?;
     } else {
-        print_tables(&result);
+        print_tables(&result)?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn print_tables(result: &BenchResult) {
+fn print_tables(result: &BenchResult) -> std::io::Result<()> {
     if !result.cases.is_empty() {
-        println!("{}", simulator_table(&result.cases));
+        stdout::line(simulator_table(&result.cases))?;
     }
     if !result.batches.is_empty() {
-        println!("{}", batch_table(&result.batches));
+        stdout::line(batch_table(&result.batches))?;
     }
     if !result.emd.is_empty() {
-        println!("{}", emd_table(&result.emd));
+        stdout::line(emd_table(&result.emd))?;
     }
-    println!("{} thread(s), {}", result.threads, result.simd);
+    stdout::line(format_args!("{} thread(s), {}", result.threads, result.simd))
 }
 
 fn emd_table(results: &[EmdResult]) -> Table {

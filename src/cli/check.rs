@@ -8,9 +8,11 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use comfy_table::{Table, presets};
+use tracing::warn;
 
 use super::engine::Engine;
 use super::pieces_table::pieces_table;
+use super::stdout;
 use crate::llm::recorded::recorded;
 use crate::llm::stage::Stage;
 use crate::math::neighbours::spacing;
@@ -49,12 +51,11 @@ pub fn run(args: CheckArgs) -> Result<()> {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     table.add_rows(world_rows(&scene.params).into_iter().chain(task_rows(&scene)));
-    println!("{}", table.trim_fmt());
+    stdout::line(table.trim_fmt())?;
     if !stages.is_empty() {
-        println!("{}", pieces_table(&stages));
+        stdout::line(pieces_table(&stages))?;
     }
-    println!("{} is a valid task.", scene.name);
-    Ok(())
+    Ok(stdout::line(format_args!("{} is a valid task.", scene.name))?)
 }
 
 impl CheckArgs {
@@ -82,7 +83,11 @@ impl CheckArgs {
             (None, None) => return Ok(Vec::new()),
         };
         let stages = self.engine.answered(&text, &name)?.stages;
-        StagePlan::new(&stages, &scene.frame(), &scene.world(scene.nominal_floor())).with_context(|| name)?;
+        let plan = StagePlan::new(&stages, &scene.frame(), &scene.world(scene.nominal_floor()))
+            .with_context(|| name.clone())?;
+        if let Some(warning) = plan.volume_warning(scene.dough.solid.volume()) {
+            warn!("{name}: {warning}");
+        }
         Ok(stages)
     }
 }
@@ -91,7 +96,8 @@ impl CheckArgs {
 fn check_targets(scene: &Scene, seed: u64) -> Result<()> {
     for index in 0..TARGETS {
         if let Some(stages) = scene.generated_stages(seed, index) {
-            StagePlan::new(&stages, &scene.frame(), &scene.world(scene.nominal_floor()))?;
+            StagePlan::new(&stages, &scene.frame(), &scene.world(scene.nominal_floor()))
+                .with_context(|| format!("{}: generated target {index} of seed {seed}", scene.name))?;
         }
     }
     Ok(())

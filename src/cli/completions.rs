@@ -2,11 +2,11 @@
 //!
 //! A shell's name comes in; its script goes to standard output. Imports the command line itself.
 
-use std::io::Write;
-
 use anyhow::Result;
 use clap::{Args, CommandFactory};
 use clap_complete::{Shell, generate};
+
+use super::stdout;
 
 /// Prints a shell's completions for donut.
 #[derive(Args)]
@@ -24,5 +24,5 @@ pub struct CompletionsArgs {
 pub fn run(args: &CompletionsArgs) -> Result<()> {
     let mut script = Vec::new();
     generate(args.shell, &mut super::Cli::command(), "donut", &mut script);
-    Ok(std::io::stdout().write_all(&script)?)
+    Ok(stdout::text(String::from_utf8_lossy(&script))?)
 }

@@ -13,6 +13,7 @@ use ndarray::{Array1, Array2};
 use serde_json::json;
 use tracing::warn;
 
+use super::stdout;
 use crate::emd::Measure;
 use crate::emd::exact::assign;
 use crate::emd::schedule::{Power, Settings};
@@ -113,7 +114,7 @@ pub fn run(args: &EmdArgs) -> Result<ExitCode> {
     let start = Instant::now();
     let outcome =
         if args.exact { exact(args, source, target)? } else { sinkhorn(args, &settings, source, target)? };
-    print(args, &outcome, start.elapsed().as_secs_f64());
+    print(args, &outcome, start.elapsed().as_secs_f64())?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -129,24 +130,18 @@ fn read_measure(path: &Path, weights: Option<&Path>) -> Result<(Vec<Point>, Opti
 }
 
 fn exact(args: &EmdArgs, source: Measure, target: Measure) -> Result<Outcome> {
-    let is_assignment = source.points.len() == target.points.len()
-        && source.weights.is_none()
-        && target.weights.is_none()
-        && args.p == Power::One;
-    if is_assignment {
-        let found = assign(source.points, target.points);
-        if let Some(path) = &args.matched {
-            let indices: Array1<i64> = found.target_of.iter().map(|&j| j as i64).collect();
-            npz::write_npy(path, &indices)?;
-        }
-        return Ok(Outcome { value: found.mean_distance, method: "exact", iterations: 0, misplaced: None });
-    }
-    if args.matched.is_some() {
-        let (n, m) = (source.points.len(), target.points.len());
+    let (n, m) = (source.points.len(), target.points.len());
+    let is_assignment = n == m && source.weights.is_none() && target.weights.is_none();
+    if args.matched.is_some() && !is_assignment {
         bail!(
-            "--match needs as many source as target points, no weights and --p 1; these are {n} and {m} points: \
-             give equal clouds without weights, or leave out --match"
+            "--match needs as many source as target points, and no weights; these are {n} and {m} points: give \
+             equally many without weights, or leave out --match"
         );
+    }
+    if is_assignment && args.p == Power::One {
+        let found = assign(source.points, target.points);
+        write_match(args, &found.target_of)?;
+        return Ok(Outcome { value: found.mean_distance, method: "exact", iterations: 0, misplaced: None });
     }
     let found = transport(source, target, args.p)?;
     if !found.optimal {
@@ -155,7 +150,18 @@ fn exact(args: &EmdArgs, source: Measure, target: Measure) -> Result<Outcome> {
             found.pivots
         );
     }
+    if is_assignment {
+        // Between equally many equal points an optimal vertex ships each one whole; shipments are in the order of sources.
+        let target_of: Vec<usize> = found.plan.iter().map(|shipment| shipment.target).collect();
+        write_match(args, &target_of)?;
+    }
     Ok(Outcome { value: found.value, method: "exact", iterations: found.pivots, misplaced: None })
+}
+
+fn write_match(args: &EmdArgs, target_of: &[usize]) -> Result<()> {
+    let Some(path) = &args.matched else { return Ok(()) };
+    let indices: Array1<i64> = target_of.iter().map(|&j| j as i64).collect();
+    Ok(npz::write_npy(path, &indices)?)
 }
 
 fn sinkhorn(args: &EmdArgs, settings: &Settings, source: Measure, target: Measure) -> Result<Outcome> {
@@ -184,7 +190,7 @@ fn sinkhorn(args: &EmdArgs, settings: &Settings, source: Measure, target: Measur
     })
 }
 
-fn print(args: &EmdArgs, outcome: &Outcome, seconds: f64) {
+fn print(args: &EmdArgs, outcome: &Outcome, seconds: f64) -> std::io::Result<()> {
     let Outcome { value, method, iterations, misplaced } = outcome;
     if args.json {
         let mut object = json!({
@@ -193,9 +199,12 @@ fn print(args: &EmdArgs, outcome: &Outcome, seconds: f64) {
         if let Some(misplaced) = misplaced {
             object["misplaced_mass"] = json!(misplaced);
         }
-        println!("{object}");
+        stdout::line(object)
     } else {
-        println!("{:<10} {:>16} {:>10} {:>10}", "method", "value", "iterations", "seconds");
-        println!("{method:<10} {value:>16.9} {iterations:>10} {seconds:>10.4}");
+        stdout::line(format_args!(
+            "{:<10} {:>16} {:>10} {:>10}",
+            "method", "value", "iterations", "seconds"
+        ))?;
+        stdout::line(format_args!("{method:<10} {value:>16.9} {iterations:>10} {seconds:>10.4}"))
     }
 }

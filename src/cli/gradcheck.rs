@@ -1,7 +1,7 @@
 //! `donut gradcheck`: checks the simulator's gradients against finite differences of its own forward pass.
 //!
 //! A task's tools or a scene come in; a table, a line a tool, or JSON goes to standard output. Exit code 0 if
-//! every tool keeps the bounds, 1 if not. Imports the task module, store's scenes and sim's check.
+//! every tool keeps the bounds, 1 if not, or if nothing could be judged. Imports the task module, store's scenes and sim's check.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -11,7 +11,8 @@ use clap::Args;
 use comfy_table::{Table, presets};
 use serde::Serialize;
 
-use super::warn_if_unstable;
+use super::stdout;
+use super::warn_of;
 use crate::sim::gradcheck::{BOUNDS, CONVERGED, Case, HORIZON, STEPS, Summary};
 use crate::store::sim_scene;
 use crate::task::{gradcheck, load_scene};
@@ -60,9 +61,41 @@ struct Row {
     unconverged: Vec<(usize, usize)>,
     median: Option<f64>,
     percentile_95: Option<f64>,
+    doubt: Option<f64>,
     single_precision: f64,
     sensitivity: f64,
     passes: bool,
+}
+
+impl Row {
+    fn verdict(&self) -> &'static str {
+        match (self.passes, self.median) {
+            (true, _) => "ok",
+            (false, None) => "NOT JUDGED",
+            (false, Some(_)) => "FAILED",
+        }
+    }
+
+    /// Why a check that did not pass need not mean a wrong gradient.
+    fn why_undecided(&self) -> Option<String> {
+        let [bound, _] = BOUNDS;
+        match (self.median, self.doubt) {
+            _ if self.passes => None,
+            (None, _) if self.idle == self.entries => Some(
+                "nothing to judge: in these control steps the tool changes nothing; take more --steps, or a scene in which \
+                 it touches the dough"
+                    .to_string(),
+            ),
+            (None, _) => {
+                Some("nothing to judge: no finite difference has converged; take more --entries or fewer --steps".to_string())
+            }
+            (Some(_), Some(doubt)) if doubt > bound => Some(format!(
+                "the differences themselves are known to {doubt:.0e} only, as where the tool moves next to nothing; take more \
+                 --steps, or a scene in which it touches more of the dough"
+            )),
+            _ => None,
+        }
+    }
 }
 
 /// One tool of a case, and the rollout over which precisions are compared.
@@ -81,9 +114,9 @@ pub fn run(args: &GradcheckArgs) -> Result<ExitCode> {
     };
     let rows: Vec<Row> = jobs.iter().map(|job| check(job, args)).collect::<Result<_>>()?;
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&rows)?);
+        stdout::line(serde_json::to_string_pretty(&rows)?)?;
     } else {
-        print_table(&rows);
+        print_table(&rows)?;
     }
     Ok(if rows.iter().all(|row| row.passes) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
@@ -95,7 +128,7 @@ fn of_scene(path: &std::path::Path, args: &GradcheckArgs) -> Result<Vec<Job>> {
     };
     let names: Vec<String> = scene.tools.iter().map(|t| t.name.clone()).collect();
     let wanted = wanted(args, &names)?;
-    warn_if_unstable(&path.display().to_string(), &scene.params);
+    warn_of(path, &scene);
     let steps = args.steps.map_or(case.actions.len(), |steps| steps as usize);
     let job = |(index, tool): (usize, String)| Job {
         tool,
@@ -140,6 +173,7 @@ fn check(job: &Job, args: &GradcheckArgs) -> Result<Row> {
         unconverged: summary.unconverged,
         median: summary.median,
         percentile_95: summary.percentile_95,
+        doubt: summary.doubt,
         single_precision,
         sensitivity,
     })
@@ -148,7 +182,7 @@ fn check(job: &Job, args: &GradcheckArgs) -> Result<Row> {
 /// More entries than this are counted only.
 const LISTED: usize = 8;
 
-fn print_table(rows: &[Row]) {
+fn print_table(rows: &[Row]) -> std::io::Result<()> {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     table.set_header(["tool", "entries", "idle", "not converged", "median", "95th", "f32", "start", ""]);
@@ -163,21 +197,26 @@ fn print_table(rows: &[Row]) {
             figure(row.percentile_95),
             figure(Some(row.single_precision)),
             figure(Some(row.sensitivity)),
-            if row.passes { "ok" } else { "FAILED" }.to_string(),
+            row.verdict().to_string(),
         ]);
     }
-    println!("{}", table.trim_fmt());
+    stdout::line(table.trim_fmt())?;
     for row in rows.iter().filter(|r| (1..=LISTED).contains(&r.unconverged.len())) {
         let list: Vec<String> = row.unconverged.iter().map(|(s, c)| format!("{s}/{c}")).collect();
-        println!("{}: not converged at step/component {}", row.tool, list.join(", "));
+        stdout::line(format_args!("{}: not converged at step/component {}", row.tool, list.join(", ")))?;
+    }
+    for row in rows {
+        if let Some(reason) = row.why_undecided() {
+            stdout::line(format_args!("{}: {reason}", row.tool))?;
+        }
     }
     let ([largest, .., smallest], [median, percentile]) = (STEPS, BOUNDS);
-    println!(
+    stdout::line(format_args!(
         "median, 95th: relative error of the adjoint against central differences of steps from {largest:e} to \
          {smallest:e},\nwhere those agree and show no kink to {CONVERGED:e}; they must be below {median:e} and \
          {percentile:e}. idle: entries \
          that\nchange nothing. f32: how far the gradient over {HORIZON} control steps in single precision is from \
          that in\ndouble, as a share of its norm. start: how far the latter moves when the start positions do by as \
          much as\nrounding them to f32 can."
-    );
+    ))
 }

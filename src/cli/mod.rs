@@ -25,16 +25,18 @@ mod prompt;
 mod record;
 mod said;
 mod simulate;
+mod stdout;
 mod subgoals;
 mod tasks;
 mod view;
 mod wanted;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::sim::Params;
+use crate::store::sim_scene::SimScene;
 
 /// Plans how to shape dough with tools.
 #[derive(Parser)]
@@ -76,11 +78,12 @@ enum Command {
     Completions(completions::CompletionsArgs),
 }
 
-/// Says on standard error that a scene violates the stability bound. Tasks that do are refused; scenes are
-/// experiments.
-fn warn_if_unstable(file: &str, params: &Params) {
-    if let Some(problem) = params.instability() {
-        tracing::warn!("{file}: {problem}");
+/// Says on standard error what is hardly meant in a scene, such as a substep above the stability bound. Tasks like that
+/// are refused; scenes are experiments.
+fn warn_of(file: &Path, scene: &SimScene) {
+    scene.warnings.iter().for_each(|warning| tracing::warn!("{warning}"));
+    if let Some(problem) = scene.params.instability() {
+        tracing::warn!("{}: {problem}", file.display());
     }
 }
 

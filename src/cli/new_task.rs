@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 
+use super::stdout;
 use crate::store::atomic;
 use crate::task::template::new_task;
 use crate::task::{Target, TaskSource};
@@ -36,13 +37,13 @@ pub fn run(args: &NewTaskArgs) -> Result<()> {
     let source = TaskSource { label: file.clone(), text };
     let scene = source.scene()?;
     atomic::write_new(&path, source.text.as_bytes())?;
-    println!("{file} is a task now. Edit it, and then:\n  donut check --task {file}");
+    stdout::line(format_args!("{file} is a task now. Edit it, and then:\n  donut check --task {file}"))?;
     match scene.target {
-        Target::Stages { .. } => println!(
+        Target::Stages { .. } => stdout::line(format_args!(
             "  donut prompt --task {file}                      what to ask a language model\n  \
              donut plan --task {file} --llm PROVIDER:MODEL   or --response ANSWER.md"
-        ),
-        Target::Generated { .. } => println!("  donut plan --task {file}"),
+        ))?,
+        Target::Generated { .. } => stdout::line(format_args!("  donut plan --task {file}"))?,
     }
     Ok(())
 }

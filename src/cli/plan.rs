@@ -19,6 +19,7 @@ use super::overrides::OverrideArgs;
 use super::progress::ProgressLine;
 use super::record::{RunInputs, record};
 use super::said::{Said, asked_or_recorded, given};
+use super::stdout;
 use super::wanted::{Planned, Wanted, WantedArgs};
 use crate::plan::settings::{Effort, Method, SearchSettings};
 use crate::sim::{Options, SimdLevel};
@@ -119,9 +120,9 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
     debug!("wrote {}", out.display());
     let summary = &record.summary;
     if args.json {
-        println!("{}", serde_json::to_string_pretty(summary)?);
+        stdout::line(serde_json::to_string_pretty(summary)?)?;
     } else {
-        print_summary(summary, &out);
+        print_summary(summary, &out)?;
     }
     Ok(if summary.success { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
@@ -181,7 +182,7 @@ impl PlanArgs {
     }
 }
 
-fn print_summary(summary: &Summary, out: &Path) {
+fn print_summary(summary: &Summary, out: &Path) -> std::io::Result<()> {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
     table.set_header(["stage", "tool", "steps", "resets", "EMD m", "score", "seconds", "ended"]);
@@ -197,11 +198,11 @@ fn print_summary(summary: &Summary, out: &Path) {
             s.stop.clone(),
         ]);
     }
-    println!("{table}");
+    stdout::line(table)?;
     let verdict = if summary.success { "reached" } else { "not reached" };
     let ceiling =
         summary.score_ceiling.map_or(String::new(), |c| format!(", a perfect shape would score {c:.3}"));
-    println!(
+    stdout::line(format_args!(
         "{}: score {:.3} (threshold {} {verdict}{ceiling}), EMD {:.4} -> {:.4} m, {:.0} s",
         summary.task,
         summary.score,
@@ -209,6 +210,6 @@ fn print_summary(summary: &Summary, out: &Path) {
         summary.emd_initial,
         summary.emd_final,
         summary.seconds
-    );
-    println!("see it move: {}", out.join("report.html").display());
+    ))?;
+    stdout::line(format_args!("see it move: {}", out.join("report.html").display()))
 }

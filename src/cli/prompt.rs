@@ -2,10 +2,9 @@
 //!
 //! A task or a description comes in; the prompt goes to standard output, byte for byte. Imports llm.
 
-use std::io::Write;
-
 use clap::Args;
 
+use super::stdout;
 use super::wanted::WantedArgs;
 use crate::llm::prompt::{Variant, plan_prompt};
 
@@ -27,5 +26,5 @@ pub fn run(args: &PromptArgs) -> anyhow::Result<()> {
     let wanted = args.wanted.find()?;
     let variant = if args.without_volume_reasoning { Variant::WithoutVolumeReasoning } else { Variant::Full };
     let prompt = plan_prompt(variant, wanted.line("`donut prompt`")?);
-    Ok(std::io::stdout().write_all(prompt.as_bytes())?)
+    Ok(stdout::text(prompt)?)
 }

@@ -3,17 +3,18 @@
 //! A scene file comes in, an `.npz` of positions, poses, velocities and the gradient goes out. Imports sim
 //! and store.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
+use ndarray::Array2;
 
 use super::memory::MemoryArgs;
-use super::warn_if_unstable;
+use super::warn_of;
 use crate::math::cloud::Point;
 use crate::sim::lanes::Real;
-use crate::sim::{Options, SimdLevel, Simulator, StepSeed};
+use crate::sim::{Options, SimdLevel, Simulator, StepSeed, Tool};
 use crate::store::sim_scene::{self, SimResult, SimScene};
 
 /// Runs the simulator on a scene and its action sequence.
@@ -57,7 +58,12 @@ pub fn run(args: &SimulateArgs) -> anyhow::Result<ExitCode> {
     if args.gradient && scene.target.is_none() {
         bail!("--gradient needs an array `target` (n, 3) among the scene's arrays");
     }
-    warn_if_unstable(&args.scene.display().to_string(), &scene.params);
+    let canonical = |path: &Path| path.canonicalize().ok();
+    let out = canonical(&args.out);
+    if out.is_some() && [&args.scene, &scene.arrays].into_iter().any(|path| canonical(path) == out) {
+        bail!("--out {} is the scene's own file, which would be lost; take another name", args.out.display());
+    }
+    warn_of(&args.scene, &scene);
     let simd = args.simd.unwrap_or_else(SimdLevel::best);
     if !simd.is_available() {
         bail!("this machine has no {simd:?} instructions; leave --simd away");
@@ -105,7 +111,10 @@ fn simulate<T: Real>(scene: &SimScene, options: Options, gradient: bool) -> anyh
             let (loss, by_position) = l1_loss(&positions[steps], target);
             let mut seeds = vec![StepSeed::default(); steps + 1];
             seeds[steps].positions = by_position;
-            Some((loss, sim.rollout_adj(&seeds)?.actions))
+            let by_action = sim.rollout_adj(&seeds)?.actions;
+            let width = scene.tools.iter().map(Tool::action_len).sum();
+            let rows = Array2::from_shape_fn((steps, width), |(t, k)| by_action[t][k]);
+            Some((loss, rows))
         }
         _ => None,
     };

@@ -19,6 +19,7 @@ use super::ask::AskArgs;
 use super::engine::Engine;
 use super::pieces_table::pieces_table;
 use super::said::{Said, asked_or_recorded};
+use super::stdout;
 use super::wanted::WantedArgs;
 use crate::llm::stage::Stage;
 use crate::store::atomic;
@@ -87,9 +88,9 @@ pub fn run(flags: &SubgoalsArgs) -> Result<ExitCode> {
         atomic::write(path, &png)?;
     }
     if flags.json {
-        println!("{}", serde_json::to_string_pretty(&listed)?);
+        stdout::line(serde_json::to_string_pretty(&listed)?)?;
     } else {
-        println!("{}", pieces_table(&stages));
+        stdout::line(pieces_table(&stages))?;
     }
     Ok(ExitCode::SUCCESS)
 }

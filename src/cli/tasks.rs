@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::Args;
 use comfy_table::{Table, presets};
 
+use super::stdout;
 use crate::task::{TaskSource, built_in_names, load_scene};
 
 /// Lists the tasks that donut knows by name.
@@ -23,8 +24,7 @@ pub struct TasksArgs {
 /// Prints the list, or one file.
 pub fn run(args: TasksArgs) -> Result<()> {
     if let Some(task) = args.show {
-        print!("{}", TaskSource::find(&task)?.text);
-        return Ok(());
+        return Ok(stdout::text(TaskSource::find(&task)?.text)?);
     }
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
@@ -32,6 +32,5 @@ pub fn run(args: TasksArgs) -> Result<()> {
         let scene = load_scene(name)?;
         table.add_row([scene.name, scene.description]);
     }
-    println!("{}", table.trim_fmt());
-    Ok(())
+    Ok(stdout::line(table.trim_fmt())?)
 }

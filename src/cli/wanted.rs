@@ -129,7 +129,8 @@ impl Wanted {
             }
         };
         let text = text.with_context(|| {
-            format!("the set `{set}` has no recorded answer {index}{kind}; --answer counts from 1")
+            let count = recorded::count(&set, variant == Variant::Full);
+            format!("the set `{set}` has no recorded answer {index}{kind}; --answer counts from 1, and there are {count}")
         })?;
         Ok((text, format!("recorded answer {index} of `{set}`{kind}")))
     }
@@ -146,9 +147,11 @@ impl Wanted {
             }
         };
         let frame = scene.frame();
-        StagePlan::new(&answer.stages, &frame, &scene.world(scene.nominal_floor()))
+        let plan = StagePlan::new(&answer.stages, &frame, &scene.world(scene.nominal_floor()))
             .map_err(|error| Unusable::Stages { error, unit_m: frame.unit_m })?;
-        Ok(Planned { source, scene, stages: answer.stages, warnings: answer.warnings })
+        let mut warnings = answer.warnings;
+        warnings.extend(plan.volume_warning(scene.dough.solid.volume()));
+        Ok(Planned { source, scene, stages: answer.stages, warnings })
     }
 }
 

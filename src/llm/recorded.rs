@@ -94,6 +94,18 @@ pub fn set_of_line(task_line: &str) -> Option<String> {
     entry["task"].as_str().map(str::to_owned)
 }
 
+/// How many answers a set has, to the prompt with reasoning about volume or the one without.
+pub fn count(task: &str, volume_reasoning: bool) -> usize {
+    all().filter(|r| r.task == task && r.volume_reasoning == volume_reasoning).count()
+}
+
+/// The names of all sets.
+pub fn sets() -> Vec<&'static str> {
+    let mut names: Vec<&str> = all().map(|r| r.task).collect();
+    names.dedup();
+    names
+}
+
 fn find(task: &str, volume_reasoning: bool, index: usize) -> Option<&'static str> {
     let wanted = (task, volume_reasoning, index);
     all().find(|r| (r.task, r.volume_reasoning, r.index) == wanted).map(|r| r.text)

@@ -131,17 +131,20 @@ pub struct Summary {
     /// Median and 95th percentile of the others' errors; none if there are no others.
     pub median: Option<f64>,
     pub percentile_95: Option<f64>,
+    /// Median of the others' doubt, as a share of their scale: what no error below it can tell.
+    pub doubt: Option<f64>,
 }
 
 impl Summary {
     /// Sums up entries.
     pub fn of(entries: &[Entry]) -> Self {
         let moving = || entries.iter().filter(|e| !e.is_idle());
-        let mut errors: Vec<f64> = moving().filter(|e| e.has_converged()).map(Entry::error).collect();
-        errors.sort_by(f64::total_cmp);
-        // The smallest error that the given share of all errors does not exceed.
-        let rank = |share: f64| (share * errors.len() as f64).ceil() as usize;
-        let quantile = |share: f64| errors.get(rank(share).saturating_sub(1)).copied();
+        let sorted = |of: fn(&Entry) -> f64| {
+            let mut all: Vec<f64> = moving().filter(|e| e.has_converged()).map(of).collect();
+            all.sort_by(f64::total_cmp);
+            all
+        };
+        let (errors, doubts) = (sorted(Entry::error), sorted(|e| e.doubt / e.scale));
         let mut unconverged: Vec<(usize, usize)> =
             moving().filter(|e| !e.has_converged()).map(|e| (e.step, e.component)).collect();
         unconverged.sort_unstable();
@@ -149,8 +152,9 @@ impl Summary {
             entries: entries.len(),
             idle: entries.len() - moving().count(),
             unconverged,
-            median: quantile(0.5),
-            percentile_95: quantile(0.95),
+            median: quantile(&errors, 0.5),
+            percentile_95: quantile(&errors, 0.95),
+            doubt: quantile(&doubts, 0.5),
         }
     }
 
@@ -160,6 +164,12 @@ impl Summary {
         let [median, percentile_95] = BOUNDS;
         self.median.is_some_and(|e| e < median) && self.percentile_95.is_some_and(|e| e < percentile_95)
     }
+}
+
+/// The smallest of the values, sorted, that the given share of all does not exceed.
+fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+    let rank = (share * sorted.len() as f64).ceil() as usize;
+    sorted.get(rank.saturating_sub(1)).copied()
 }
 
 impl Case {

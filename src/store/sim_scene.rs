@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ndarray::{Array1, Array2, Array3, Ix2, Ix3};
+use ndarray::{Array2, Array3, Ix2, Ix3};
 use serde::Deserialize;
 
 use super::error::StoreError;
@@ -28,6 +28,10 @@ pub struct SimScene {
     pub actions: Vec<Vec<f64>>,
     /// Where the loss wants the particles, if the scene says so.
     pub target: Option<Vec<Point>>,
+    /// The file of its arrays.
+    pub arrays: PathBuf,
+    /// What is possible but hardly meant, a sentence each.
+    pub warnings: Vec<String>,
 }
 
 impl SimScene {
@@ -95,6 +99,22 @@ enum Kind {
     Torus,
 }
 
+impl Kind {
+    /// As in the file.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Capsule => "capsule",
+            Self::RollingPin => "rolling_pin",
+            Self::Box => "box",
+            Self::Knife => "knife",
+            Self::Gripper => "gripper",
+            Self::Sphere => "sphere",
+            Self::Cylinder => "cylinder",
+            Self::Torus => "torus",
+        }
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ToolTable {
@@ -115,6 +135,9 @@ struct ToolTable {
     lower_bound: [f64; 3],
     upper_bound: [f64; 3],
 }
+
+/// What the arrays' file may hold.
+const ARRAYS: [&str; 6] = ["x0", "v0", "F0", "C0", "actions", "target"];
 
 /// Names a key of a tool in messages.
 struct At<'a> {
@@ -139,6 +162,27 @@ impl At<'_> {
             Err(self.problem(key, format!("is {value}; it must be a positive number")))
         }
     }
+
+    fn not_negative(&self, key: &str, value: f64) -> Result<f64, SceneError> {
+        if value.is_finite() && value >= 0.0 {
+            Ok(value)
+        } else {
+            Err(self.problem(key, format!("is {value}; it must be a number that is not negative")))
+        }
+    }
+
+    /// A quaternion need not be normalised, but it must turn something.
+    fn rotation(&self, key: &str, wxyz: [f64; 4]) -> Result<(), SceneError> {
+        let norm = wxyz.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if norm.is_finite() && norm > 0.0 {
+            Ok(())
+        } else {
+            Err(self.problem(
+                key,
+                format!("has the norm {norm}; give a quaternion w, x, y, z, such as [1, 0, 0, 0]"),
+            ))
+        }
+    }
 }
 
 /// Reads and checks a scene.
@@ -150,27 +194,51 @@ pub fn read(path: &Path) -> Result<SimScene, SceneError> {
     let file: SceneFile =
         serde_json::from_str(&text).map_err(|source| SceneError::Json { path: path.to_owned(), source })?;
     let params = check_params(path, &file)?;
-    let mut tools = Vec::new();
-    let mut poses = Vec::new();
+    let (mut tools, mut poses, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
     for (i, table) in file.tools.iter().enumerate() {
         let at = At { path, prefix: format!("tools[{i}].") };
         let (tool, pose) = check_tool(&at, table)?;
+        let odd = out_of_bounds(&tool, &pose).into_iter();
+        warnings.extend(odd.map(|what| format!("{}: `tools[{i}].{what}", path.display())));
         tools.push(tool);
         poses.push(pose);
     }
     let arrays = path.parent().unwrap_or(Path::new("")).join(&file.arrays);
     let mut reader = npz::Reader::open(&arrays)?;
+    let unknown = reader.names().iter().filter(|name| !ARRAYS.contains(&name.as_str()));
+    warnings.extend(unknown.map(|name| {
+        format!(
+            "{}: `{name}` is no array of a scene and is not used; those are {}",
+            arrays.display(),
+            ARRAYS.join(", ")
+        )
+    }));
     let start = read_start(&mut reader)?;
     let width: usize = tools.iter().map(Tool::action_len).sum();
     let actions = read_actions(&mut reader, width)?;
     let target = if reader.has("target") { Some(reader.cloud("target")?) } else { None };
-    if let Some(target) = &target
-        && target.len() != start.len()
-    {
-        let reason = format!("has {} points for {} particles", target.len(), start.len());
-        return Err(reader.entry_error("target", reason).into());
+    if let Some(target) = &target {
+        if target.len() != start.len() {
+            let reason = format!("has {} points for {} particles", target.len(), start.len());
+            return Err(reader.entry_error("target", reason).into());
+        }
+        check_finite(&reader, "target", target.as_flattened())?;
     }
-    Ok(SimScene { params, tools, poses, start, actions, target })
+    Ok(SimScene { params, tools, poses, start, actions, target, arrays, warnings })
+}
+
+/// Which of a tool's own bounds its start pose is out of: the first substep moves it there at once.
+fn out_of_bounds(tool: &Tool, pose: &ToolPose) -> Vec<&'static str> {
+    let mut out = Vec::new();
+    if (0..3).any(|a| !(tool.lower_bound[a]..=tool.upper_bound[a]).contains(&pose.position[a])) {
+        out.push("position` is out of the tool's bounds; its first motion takes it to them at once");
+    }
+    if let Motion::Gripper { minimal_gap, maximal_gap } = tool.motion
+        && !(minimal_gap..=maximal_gap).contains(&pose.gap)
+    {
+        out.push("gap` is out of the gripper's range; its first motion takes it there at once");
+    }
+    out
 }
 
 fn check_params(path: &Path, file: &SceneFile) -> Result<Params, SceneError> {
@@ -190,14 +258,12 @@ fn check_params(path: &Path, file: &SceneFile) -> Result<Params, SceneError> {
         ("lower_bound", file.lower_bound),
         ("softness", file.softness),
     ] {
-        if !value.is_finite() || value < 0.0 {
-            return Err(at.problem(key, format!("is {value}; it must not be negative")));
-        }
+        at.not_negative(key, value)?;
     }
     if file.gravity.iter().any(|g| !g.is_finite()) {
         return Err(at.problem("gravity", "holds a value that is not a finite number"));
     }
-    Ok(Params {
+    let params = Params {
         nodes: file.grid.nodes,
         dt: at.positive("grid.dt", file.grid.dt)?,
         substeps: file.grid.substeps,
@@ -208,7 +274,14 @@ fn check_params(path: &Path, file: &SceneFile) -> Result<Params, SceneError> {
         ground_friction: file.ground_friction,
         lower_bound: file.lower_bound,
         softness: file.softness,
-    })
+    };
+    let (low, high) = params.cell_bounds();
+    if low >= high {
+        let problem =
+            format!("is {low}; the grid's upper bound is at {high} nodes, and this must be below it");
+        return Err(at.problem("lower_bound", problem));
+    }
+    Ok(params)
 }
 
 fn check_tool(at: &At<'_>, t: &ToolTable) -> Result<(Tool, ToolPose), SceneError> {
@@ -219,7 +292,8 @@ fn check_tool(at: &At<'_>, t: &ToolTable) -> Result<(Tool, ToolPose), SceneError
     };
     let shape = match t.kind {
         Kind::Capsule | Kind::RollingPin => {
-            Shape::Capsule { radius: radius()?, length: at.need("length", t.length)? }
+            let length = at.not_negative("length", at.need("length", t.length)?)?;
+            Shape::Capsule { radius: radius()?, length }
         }
         Kind::Sphere => Shape::Sphere { radius: radius()? },
         Kind::Cylinder => {
@@ -231,34 +305,39 @@ fn check_tool(at: &At<'_>, t: &ToolTable) -> Result<(Tool, ToolPose), SceneError
             Shape::Torus { radius: radius()?, tube_radius: at.positive("tube_radius", tube_radius)? }
         }
         Kind::Box | Kind::Gripper => Shape::Box { half_extents: half_extents()? },
-        Kind::Knife => Shape::Knife {
-            half_extents: half_extents()?,
-            prism_size: at.need("prism_size", t.prism_size)?,
-            prism_rotation: at.need("prism_rotation", t.prism_rotation)?,
-        },
+        Kind::Knife => {
+            let prism_size = at.need("prism_size", t.prism_size)?;
+            prism_size.iter().try_for_each(|v| at.positive("prism_size", *v).map(drop))?;
+            let prism_rotation = at.need("prism_rotation", t.prism_rotation)?;
+            at.rotation("prism_rotation", prism_rotation)?;
+            Shape::Knife { half_extents: half_extents()?, prism_size, prism_rotation }
+        }
     };
     let motion = match t.kind {
         Kind::RollingPin => Motion::RollingPin,
         Kind::Capsule | Kind::Knife | Kind::Sphere | Kind::Cylinder | Kind::Torus => Motion::Translation,
         Kind::Box => Motion::Rigid,
-        Kind::Gripper => Motion::Gripper {
-            minimal_gap: at.need("minimal_gap", t.minimal_gap)?,
-            maximal_gap: at.need("maximal_gap", t.maximal_gap)?,
-        },
+        Kind::Gripper => {
+            let minimal_gap = at.not_negative("minimal_gap", at.need("minimal_gap", t.minimal_gap)?)?;
+            let maximal_gap = at.not_negative("maximal_gap", at.need("maximal_gap", t.maximal_gap)?)?;
+            if minimal_gap > maximal_gap {
+                return Err(at.problem("minimal_gap", "is above maximal_gap; swap them"));
+            }
+            Motion::Gripper { minimal_gap, maximal_gap }
+        }
     };
     let gap = if t.kind == Kind::Gripper { at.need("gap", t.gap)? } else { 0.0 };
     if t.action_scale.len() != motion.action_len() {
         let problem = format!("has {} entries, not {}", t.action_scale.len(), motion.action_len());
         return Err(at.problem("action_scale", problem));
     }
-    let norm: f64 = t.rotation.iter().map(|v| v * v).sum::<f64>().sqrt();
-    at.positive("rotation", norm)?;
+    at.rotation("rotation", t.rotation)?;
+    at.not_negative("friction", t.friction)?;
     if (0..3).any(|a| t.lower_bound[a] > t.upper_bound[a]) {
         return Err(at.problem("lower_bound", "is above upper_bound on some axis"));
     }
-    let name = format!("{:?}", t.kind).to_lowercase();
     let tool = Tool {
-        name,
+        name: t.kind.name().to_owned(),
         shape,
         motion,
         friction: t.friction,
@@ -333,8 +412,8 @@ pub struct SimResult {
     pub poses: Vec<Vec<ToolPose>>,
     /// Velocities at the end.
     pub velocities: Vec<Point>,
-    /// Loss and its gradient by the actions, if asked for.
-    pub gradient: Option<(f64, Vec<Vec<f64>>)>,
+    /// Loss and its gradient by the actions, control steps x components, if asked for.
+    pub gradient: Option<(f64, Array2<f64>)>,
 }
 
 /// Writes a result as `.npz`.
@@ -358,12 +437,8 @@ pub fn write_result(path: &Path, result: &SimResult) -> Result<(), StoreError> {
     writer.add("tool_poses", &poses)?;
     writer.add("velocities", &npz::cloud_array(&result.velocities))?;
     if let Some((loss, grad)) = &result.gradient {
-        let width = grad.first().map_or(0, Vec::len);
         writer.add("loss", &ndarray::arr0(*loss))?;
-        let flat: Array1<f64> = grad.iter().flatten().copied().collect();
-        let grad: Array2<f64> =
-            flat.into_shape_with_order((grad.len(), width)).expect("rows of equal length");
-        writer.add("grad_actions", &grad)?;
+        writer.add("grad_actions", grad)?;
     }
     writer.finish()
 }

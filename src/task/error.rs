@@ -57,7 +57,7 @@ pub enum StageError {
 
     #[error(
         "step {step} puts `{name}` {excess_m:.3} m outside the workspace: it reaches {axis} = {reach_m:.3} m, \
-         and the workspace ends at {limit_m:.3} m; use a smaller llm_unit_m or ask for a smaller shape"
+         and the workspace ends at {limit_m:.3} m; a smaller shape is needed, or a smaller llm_unit_m"
     )]
     OutsideWorkspace { step: u32, name: String, axis: char, reach_m: f64, limit_m: f64, excess_m: f64 },
 }

@@ -10,6 +10,7 @@ use super::shapes::{Dough, Solid};
 use super::subgoal::{Frame, World};
 use super::tools::{ToolSetup, check_tools};
 use super::values::{all_finite, all_positive, count, not_negative, number, positive};
+use crate::llm::recorded;
 use crate::llm::stage::Stage;
 use crate::math::cloud::{Bounds, Point};
 use crate::plan::settings::PlannerSettings;
@@ -94,6 +95,17 @@ impl Scene {
     pub fn check(file: TaskFile) -> Result<Self, Complaint> {
         if file.name.trim().is_empty() {
             return Err(Complaint::new("name", "is empty; give the task a name"));
+        }
+        // Runs are called so.
+        if file.name.starts_with('.')
+            || file.name.contains(['/', '\\'])
+            || file.name.contains(char::is_control)
+        {
+            let problem = format!(
+                "is {:?}, which is no name for a directory; leave out dots in front and slashes",
+                file.name
+            );
+            return Err(Complaint::new("name", problem));
         }
         let params = check_world(&file.world)?;
         let dough = check_dough(&file.dough, &params.workspace())?;
@@ -194,6 +206,15 @@ fn check_target(target: &TargetTable, tools: &[ToolSetup], dough: &Dough) -> Res
                 unit_m: positive("target.stages.llm_unit_m", *llm_unit_m)?,
                 center_xz: all_finite("target.stages.center_xz_m", *center_xz_m)?,
             };
+            if let Some(set) = recorded_answers
+                && !recorded::sets().contains(&set.as_str())
+            {
+                let problem = format!(
+                    "is `{set}`, and there are no such answers, only {}; leave it out",
+                    recorded::sets().join(", ")
+                );
+                return Err(Complaint::new("target.stages.recorded_answers", problem));
+            }
             Ok(Target::Stages { recorded_answers: recorded_answers.clone(), frame })
         }
         TargetTable::Generated { tool, shape } => {

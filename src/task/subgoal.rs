@@ -102,6 +102,9 @@ impl Subgoal {
     }
 }
 
+/// Volumes may differ by this share before there is a warning: twice what a measurement may be off.
+const VOLUME_TOLERANCE: f64 = 0.2;
+
 /// What a plan must fit: the tools at hand and the room.
 #[derive(Clone, Debug)]
 pub struct World<'a> {
@@ -160,6 +163,21 @@ impl StagePlan {
         }
         plan.last = live.ids();
         Ok(plan)
+    }
+
+    /// What to say if the first stage makes much more or less of the dough than the `volume`, m^3, that there is.
+    pub fn volume_warning(&self, volume: f64) -> Option<String> {
+        let first = self.stages.first().filter(|stage| stage.inputs == [0])?;
+        let made: f64 = first.outputs.iter().map(|&id| self.pieces[id].measured_volume).sum();
+        let is_off = made > 0.0 && (made - volume).abs() > VOLUME_TOLERANCE * made.max(volume);
+        is_off.then(|| {
+            format!(
+                "step {} makes {made:.3e} m^3 of the dough, of which there are {volume:.3e}; a llm_unit_m of {:.3} times \
+                 this one's would fit, or else the dough's size or the answer has to change",
+                first.step,
+                (volume / made).cbrt()
+            )
+        })
     }
 
     fn add_stage(

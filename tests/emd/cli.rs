@@ -99,6 +99,27 @@ fn golden_cases_come_out_of_the_command() {
 }
 
 #[test]
+fn a_matching_by_squares_is_written_and_no_swap_makes_it_cheaper() {
+    let desk = Desk::new();
+    let (x, y) = (cube(40, 1), cube(40, 2));
+    desk.cloud("x.npy", &x);
+    desk.cloud("y.npy", &y);
+    let value = desk.json("x.npy y.npy --exact --p 2 --match m.npy")["value"].as_f64().unwrap();
+    let matched: Array1<i64> = read_npy(desk.path("m.npy")).unwrap();
+    let cost =
+        |i: usize, j: usize| 0.5 * (0..3).map(|a| (x[i][a] - y[matched[j] as usize][a]).powi(2)).sum::<f64>();
+    let mean = (0..40).map(|i| cost(i, i)).sum::<f64>() / 40.0;
+    assert!((mean - value).abs() < 1e-12, "{mean} {value}");
+    let mut targets = matched.to_vec();
+    targets.sort_unstable();
+    assert_eq!(targets, (0..40).collect::<Vec<_>>());
+    let swaps = (0..40).flat_map(|i| (0..i).map(move |j| (i, j)));
+    for (i, j) in swaps {
+        assert!(cost(i, i) + cost(j, j) <= cost(i, j) + cost(j, i) + 1e-12, "{i} {j}");
+    }
+}
+
+#[test]
 fn a_matching_is_written() {
     let desk = Desk::new();
     let x = cube(50, 1);

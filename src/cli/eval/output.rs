@@ -4,6 +4,7 @@
 
 use anyhow::Result;
 
+use crate::cli::stdout;
 use crate::eval::{ResultsDir, Suite, Summary, chart, table};
 use crate::store::{atomic, run_dir};
 
@@ -18,9 +19,9 @@ pub fn finish(suite: Suite, dir: &ResultsDir, json: bool) -> Result<()> {
     atomic::write(&at("chart.svg"), chart::svg(&summary.rows).as_bytes())?;
     run_dir::write_json(&at("summary.json"), &summary)?;
     if json {
-        println!("{}", serde_json::to_string_pretty(&summary)?);
+        stdout::line(serde_json::to_string_pretty(&summary)?)?;
     } else {
-        print!("{markdown}");
+        stdout::text(markdown)?;
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ use anyhow::{Result, bail, ensure};
 use clap::Args;
 
 use super::volume::VolumeSummary;
+use crate::cli::stdout;
 use crate::eval::results::RESULTS;
 use crate::eval::{ResultsDir, Summary, table};
 use crate::store::{StoreError, atomic, run_dir};
@@ -38,7 +39,7 @@ pub struct TableArgs {
 /// Runs the subcommand.
 pub fn run(args: &TableArgs) -> Result<ExitCode> {
     let Some(document) = args.update.as_ref().or(args.check.as_ref()) else {
-        print!("{}", table_of(&args.results)?);
+        stdout::text(table_of(&args.results)?)?;
         return Ok(ExitCode::SUCCESS);
     };
     let text = std::fs::read_to_string(document).map_err(StoreError::read(document))?;

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::EvalArgs;
+use crate::cli::stdout;
 use crate::eval::results::RESULTS;
 use crate::store::{StoreError, atomic, run_dir};
 use crate::task::volume_suite::{VolumeRow, VolumeTrial, prompt_name, volume_rows, volume_trials};
@@ -58,9 +59,9 @@ pub fn run(args: &EvalArgs) -> Result<ExitCode> {
         write(out, &trials, &summary)?;
     }
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&summary)?);
+        stdout::line(serde_json::to_string_pretty(&summary)?)?;
     } else {
-        print!("{}", summary.table());
+        stdout::text(summary.table())?;
     }
     Ok(ExitCode::SUCCESS)
 }

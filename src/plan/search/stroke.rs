@@ -242,7 +242,8 @@ pub fn pick(options: &[usize], rng: &mut Pcg64) -> usize {
 fn clamp_gap(tool: &Tool, gap: f64) -> f64 {
     match tool.motion {
         Motion::Gripper { minimal_gap, maximal_gap } => gap.clamp(minimal_gap, maximal_gap),
-        _ => gap,
+        // Other tools have none.
+        _ => 0.0,
     }
 }
 
