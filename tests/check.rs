@@ -100,7 +100,7 @@ fn an_answer_is_checked_with_the_task() {
     std::fs::write(&scale, large).unwrap();
     let (code, _, error) = donut(&["check", "--task", scale.to_str().unwrap()]);
     assert_eq!(code, 0, "{error}");
-    assert!(error.contains("m^3 of the dough") && error.contains("a llm_unit_m of 0.5"), "{error}");
+    assert!(error.contains("m^3 of the dough") && error.contains("a llm_unit_m of 0.49"), "{error}");
 
     let (code, _, error) = donut(&["check", "--task", "spread", "--response", file.to_str().unwrap()]);
     assert_eq!(code, 2);

@@ -220,3 +220,37 @@ fn print_table(rows: &[Row]) -> std::io::Result<()> {
          much as\nrounding them to f32 can."
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_check_that_proves_nothing_says_why() {
+        let [bound, _] = BOUNDS;
+        let row = |idle, median: Option<f64>, doubt| Row {
+            tool: "pole".into(),
+            entries: 10,
+            idle,
+            unconverged: Vec::new(),
+            median,
+            percentile_95: median,
+            doubt,
+            single_precision: 0.0,
+            sensitivity: 0.0,
+            passes: median.is_some_and(|e| e < bound),
+        };
+        for (row, verdict, reason) in [
+            (row(3, Some(0.1 * bound), Some(10.0 * bound)), "ok", None),
+            (row(10, None, None), "NOT JUDGED", Some("the tool changes nothing")),
+            (row(3, None, None), "NOT JUDGED", Some("no finite difference has converged")),
+            (row(3, Some(2.0 * bound), Some(3.0 * bound)), "FAILED", Some("are known to 3e-6 only")),
+            (row(3, Some(2.0 * bound), Some(0.1 * bound)), "FAILED", None),
+        ] {
+            assert_eq!(row.verdict(), verdict);
+            let why = row.why_undecided();
+            assert!(why.as_deref().unwrap_or("-").contains(reason.unwrap_or("-")), "{why:?}");
+            assert_eq!(why.is_some(), reason.is_some());
+        }
+    }
+}
