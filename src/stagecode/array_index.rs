@@ -151,7 +151,7 @@ fn expand(budget: &Budget, array: &Array, index: &Value) -> Result<Vec<Value>, F
             Value::Number(Scalar::Bool(_)) => {
                 return Err(Fault::unsupported("indexing with a single truth value", "use an if statement"));
             }
-            Value::Number(Scalar::Float(_)) => {
+            Value::Number(Scalar::Float(_) | Scalar::Float64(_)) => {
                 return Err(Fault::Index(
                     "an index must be an integer, not a float; use int(..) or //".into(),
                 ));

@@ -70,6 +70,12 @@ impl Evaluator {
                     items.0.borrow_mut().extend(more);
                     Ok(old)
                 }
+                (Value::Dict(dict), Value::Dict(more)) if s.op == ruff_python_ast::Operator::BitOr => {
+                    let more = more.0.borrow().entries().to_vec();
+                    self.budget.allocate(more.len())?;
+                    more.into_iter().try_for_each(|(k, v)| dict.0.borrow_mut().insert(&k, v).map(drop))?;
+                    Ok(old)
+                }
                 _ => operators::binary(&self.budget, s.op, &old, value),
             }
         };

@@ -13,12 +13,19 @@ use super::eval::Evaluator;
 use super::nearest::nearest;
 use super::scalar::{Dtype, Scalar};
 use super::value::{Indexer, Module, Value};
-use super::{convert, math_module, methods, numpy, random_table};
+use super::{convert, math_module, methods, numpy, random_table, standard, standard_itertools};
 
 /// `owner.name`.
 pub fn get(eval: &Evaluator, owner: &Value, name: &str) -> Result<Value, Fault> {
-    if let Value::Module(module) = owner {
-        return of_module(eval, *module, name);
+    match owner {
+        Value::Module(module) => return of_module(eval, *module, name),
+        Value::Builtin(Row { name: "chain", .. }) if name == "from_iterable" => {
+            return Ok(Value::Builtin(&standard_itertools::FROM_ITERABLE));
+        }
+        _ => {}
+    }
+    if let ("__name__", Some(own)) = (name, own_name(owner)) {
+        return Ok(Value::str(own));
     }
     if name.starts_with("__") {
         let hint = Some("attributes with two underscores are closed".to_owned());
@@ -28,6 +35,7 @@ pub fn get(eval: &Evaluator, owner: &Value, name: &str) -> Result<Value, Fault> 
         Value::Array(a) => of_array(eval, a, name)?,
         Value::Number(n) => of_number(*n, name),
         Value::Dtype(dtype) => of_dtype(*dtype, name),
+        Value::Exception(e) if name == "args" => Some(Value::tuple(vec![Value::str(&e.1)])),
         _ => None,
     };
     if let Some(value) = property {
@@ -47,6 +55,19 @@ pub fn get(eval: &Evaluator, owner: &Value, name: &str) -> Result<Value, Fault> 
             Err(fault)
         }
     }
+}
+
+/// The `__name__` of functions and classes.
+fn own_name(owner: &Value) -> Option<&str> {
+    Some(match owner {
+        Value::Function(function) => &function.name,
+        Value::Builtin(row) => row.name,
+        Value::Method(method) => method.1.name,
+        Value::Dtype(dtype) => dtype.name(),
+        Value::Type(name) => name,
+        Value::Exception(e) => &e.0,
+        _ => return None,
+    })
 }
 
 /// Attributes cannot be assigned to; the fault says what to do instead.
@@ -109,14 +130,19 @@ fn of_dtype(dtype: Dtype, name: &str) -> Option<Value> {
 /// A name of a module.
 pub fn of_module(eval: &Evaluator, module: Module, name: &str) -> Result<Value, Fault> {
     let constant = match module {
+        Module::Standard(title) => return standard::attribute(eval, title, name),
         Module::Numpy => numpy_constant(name),
         Module::Math => math_constant(name),
+        Module::Linalg if name == "LinAlgError" => {
+            Some(Value::Exception(Rc::new((name.to_owned(), String::new()))))
+        }
         Module::Random | Module::Linalg => None,
     };
     if let Some(value) = constant {
         return Ok(value);
     }
     let (title, row, names): (_, Option<&'static Row>, Vec<&'static str>) = match module {
+        Module::Standard(title) => (title, None, Vec::new()),
         Module::Numpy => ("np", numpy::named(name), numpy::names().collect()),
         Module::Linalg => {
             let table = super::numpy_linalg::LINALG;
@@ -155,6 +181,7 @@ fn numpy_constant(name: &str) -> Option<Value> {
         "newaxis" => Value::None,
         "random" => Value::Module(Module::Random),
         "linalg" => Value::Module(Module::Linalg),
+        "typing" => Value::Module(Module::Standard("numpy.typing")),
         "c_" => Value::Indexer(Indexer::Columns),
         "r_" => Value::Indexer(Indexer::Rows),
         "mgrid" => Value::Indexer(Indexer::Mgrid),
@@ -164,15 +191,16 @@ fn numpy_constant(name: &str) -> Option<Value> {
     })
 }
 
+/// All names of `math`.
+pub fn names_of_math() -> impl Iterator<Item = &'static str> {
+    MATH_CONSTANTS.iter().map(|(name, _)| *name).chain(math_module::ROWS.iter().map(|row| row.name))
+}
+
+const MATH_CONSTANTS: &[(&str, f64)] =
+    &[("pi", consts::PI), ("e", consts::E), ("tau", consts::TAU), ("inf", f64::INFINITY), ("nan", f64::NAN)];
+
 fn math_constant(name: &str) -> Option<Value> {
-    Some(Value::float(match name {
-        "pi" => consts::PI,
-        "e" => consts::E,
-        "tau" => consts::TAU,
-        "inf" => f64::INFINITY,
-        "nan" => f64::NAN,
-        _ => return None,
-    }))
+    MATH_CONSTANTS.iter().find(|(known, _)| *known == name).map(|(_, value)| Value::float(*value))
 }
 
 /// What there is in a module, for names of which nothing better is known.
@@ -181,7 +209,7 @@ fn elsewhere(module: Module) -> &'static str {
         Module::Numpy => "use other functions of np, or a loop; `--engine python` runs what is beyond these",
         Module::Linalg => "np.linalg has norm, det, inv, solve, matmul and cross",
         Module::Random => "use uniform, normal, exponential, integers, choice, permutation or shuffle",
-        Module::Math => "write it with the functions of math that are there, or with those of np",
+        Module::Math | Module::Standard(_) => "write it with the functions of math that are there, or with those of np",
     }
 }
 

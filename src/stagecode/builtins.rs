@@ -6,13 +6,15 @@
 use std::rc::Rc;
 
 use super::args::{Arguments, Call, Row};
+use super::dict::Dict;
 use super::error::{Fault, Raised};
+use super::eval::{Evaluator, Scope};
 use super::exceptions::EXCEPTIONS;
 use super::expr::keys;
 use super::iterate::Steps;
 use super::scalar::Scalar;
 use super::value::{Module, Value};
-use super::{convert, elementwise, format, math_module, operators};
+use super::{attribute, convert, elementwise, format, math_module, operators};
 
 /// The value of a builtin name.
 pub fn named(name: &str) -> Option<Value> {
@@ -26,7 +28,7 @@ pub fn named(name: &str) -> Option<Value> {
 }
 
 const ROWS: &[Row] = &[
-    Row::new("print", "*args sep? end? flush?", print),
+    Row::new("print", "*args sep? end? file? flush?", print),
     Row::new("len", "obj", len),
     Row::new("range", "start stop? step?", range),
     Row::new("enumerate", "iterable start?", enumerate),
@@ -44,7 +46,7 @@ const ROWS: &[Row] = &[
     Row::new("sum", "iterable start?", sum),
     Row::new("any", "iterable", |c| quantify(c, true)),
     Row::new("all", "iterable", |c| quantify(c, false)),
-    Row::new("abs", "x", |c| elementwise::absolute(&c.eval.budget, &c.array(0)?).map(Value::array)),
+    Row::new("abs", "x", abs),
     Row::new("round", "number ndigits?", round),
     Row::new("pow", "base exp", |c| {
         operators::binary(&c.eval.budget, ruff_python_ast::Operator::Pow, c.get(0)?, c.get(1)?)
@@ -82,10 +84,13 @@ const ROWS: &[Row] = &[
     Row::new("next", "iterator default?", next),
     Row::new("isinstance", "obj class", isinstance),
     Row::new("callable", "obj", |c| Ok(Value::bool(matches!(c.get(0)?.type_name(), "function" | "type")))),
-    Row::new("type", "obj", |c| {
-        let name = c.get(0)?.type_name();
-        named(name).ok_or_else(|| Fault::unsupported(format!("type() of a {name}"), "use isinstance"))
+    Row::new("type", "obj", |c| Ok(type_of(c.get(0)?))),
+    Row::new("hasattr", "obj name", |c| Ok(Value::bool(attribute::get(c.eval, c.get(0)?, c.text(1)?).is_ok()))),
+    Row::new("getattr", "obj name default?", |c| {
+        attribute::get(c.eval, c.get(0)?, c.text(1)?).or_else(|fault| c.get(2).cloned().map_err(|_| fault))
     }),
+    Row::new("globals", "", |c| variables(c.eval, &c.eval.globals)),
+    Row::new("locals", "", |c| variables(c.eval, &c.eval.globals)),
     Row::new("ord", "c", |c| {
         let first = c.text(0)?.chars().next().ok_or_else(|| c.problem("needs one letter"))?;
         Ok(Value::int(i64::from(u32::from(first))))
@@ -95,6 +100,35 @@ const ROWS: &[Row] = &[
         letter.map(|l| Value::str(l.to_string())).ok_or_else(|| c.problem("is not the number of a letter"))
     }),
 ];
+
+/// The class of a value.
+fn type_of(value: &Value) -> Value {
+    match value {
+        Value::Number(n) if n.is_numpys() => Value::Dtype(n.dtype()),
+        Value::Exception(e) => Value::Exception(Rc::new((e.0.clone(), String::new()))),
+        Value::Array(_) => super::numpy::named("ndarray").map_or(Value::None, Value::Builtin),
+        other => named(other.type_name()).unwrap_or(Value::Type(other.type_name())),
+    }
+}
+
+/// The names of a scope as a dict, in alphabetical order.
+pub fn variables(eval: &Evaluator, scope: &Scope) -> Result<Value, Fault> {
+    let variables = scope.variables.borrow();
+    eval.budget.allocate(variables.len())?;
+    let mut names: Vec<&String> = variables.keys().collect();
+    names.sort_unstable();
+    let mut dict = Dict::default();
+    names.into_iter().try_for_each(|name| dict.insert(&Value::str(name), variables[name].clone()).map(drop))?;
+    Ok(Value::dict(dict))
+}
+
+fn abs(c: &Call) -> Result<Value, Fault> {
+    let made = elementwise::absolute(&c.eval.budget, &c.array(0)?).map(Value::array)?;
+    Ok(match (c.get(0)?, made) {
+        (Value::Number(n), Value::Number(size)) if !n.is_numpys() => Value::Number(size.plain()),
+        (_, made) => made,
+    })
+}
 
 fn print(c: &Call) -> Result<Value, Fault> {
     for value in &c.rest {
@@ -322,6 +356,7 @@ fn isinstance(c: &Call) -> Result<Value, Fault> {
         Value::Builtin(row) => {
             row.name == value.type_name() || row.name == "int" && value.type_name() == "bool"
         }
+        Value::Exception(class) => matches!(value, Value::Exception(e) if super::exceptions::is_a(&e.0, &class.0)),
         Value::Dtype(wanted) => value.as_scalar().is_some_and(|n| n.dtype() == *wanted),
         _ => false,
     };

@@ -18,6 +18,9 @@ impl Evaluator {
     /// The value of a call expression.
     pub(super) fn call_expr(&self, e: &ExprCall, scope: &Rc<Scope>) -> Result<Value, Raised> {
         let function = self.expr(&e.func, scope)?;
+        if matches!(&function, Value::Builtin(row) if row.name == "locals") {
+            return Ok(super::builtins::variables(self, &scope.binding())?);
+        }
         let mut arguments =
             Arguments { positional: self.sequence(&e.arguments.args, scope)?, keyword: Vec::new() };
         for keyword in &e.arguments.keywords {

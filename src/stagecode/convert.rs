@@ -147,7 +147,7 @@ pub fn dtype_named(name: &str) -> Option<Dtype> {
 pub fn to_list(budget: &Budget, array: &Array) -> Result<Value, Fault> {
     budget.allocate(array.size())?;
     if array.ndim() == 0 {
-        return Ok(Value::array(array.clone()));
+        return Ok(array.first().map_or(Value::None, Value::Number));
     }
     if array.ndim() == 1 {
         return Ok(Value::list(array.to_scalars().into_iter().map(Value::Number).collect()));

@@ -36,9 +36,11 @@ impl Key {
     fn nested(value: &Value, depth: usize) -> Result<Self, Fault> {
         Ok(match value {
             Value::None => Self::None,
-            Value::Number(Scalar::Float(f)) if f.fract() == 0.0 && f.abs() < 9e15 => Self::Int(*f as i64),
-            Value::Number(Scalar::Float(f)) => Self::Float(f.to_bits()),
-            Value::Number(n) => Self::Int(n.int()),
+            Value::Number(n) => match n.plain() {
+                Scalar::Float(f) if f.fract() == 0.0 && f.abs() < 9e15 => Self::Int(f as i64),
+                Scalar::Float(f) => Self::Float(f.to_bits()),
+                whole => Self::Int(whole.int()),
+            },
             Value::Str(s) => Self::Str(s.to_string()),
             Value::Tuple(items) if depth < MAX_KEY_DEPTH => {
                 let items = items.0.borrow();
@@ -54,6 +56,8 @@ impl Key {
 /// Keys and values in the order of insertion.
 #[derive(Default)]
 pub struct Dict {
+    /// What a missing key gives: a function to be called, whose value is kept, or a number handed out as it is.
+    pub default: Option<Value>,
     places: HashMap<Key, usize>,
     entries: Vec<(Value, Value)>,
 }
@@ -98,6 +102,7 @@ impl Dict {
     /// Empties the dict and returns all it held.
     pub fn take_values(&mut self) -> Vec<Value> {
         self.places.clear();
-        self.entries.drain(..).flat_map(|(key, value)| [key, value]).collect()
+        let entries = self.entries.drain(..).flat_map(|(key, value)| [key, value]);
+        entries.chain(self.default.take()).collect()
     }
 }

@@ -8,7 +8,7 @@ use super::array::{Array, broadcast_shapes};
 use super::convert::to_array;
 use super::error::Fault;
 use super::limits::Budget;
-use super::scalar::Dtype;
+use super::scalar::{Dtype, Scalar};
 use super::value::Value;
 
 /// What to do with each pair of elements.
@@ -97,6 +97,21 @@ pub fn binary(budget: &Budget, op: Op, a: &Operand, b: &Operand) -> Result<Array
     }
 }
 
+/// Applies the operation of an operator to two numbers of which numpy made one.
+pub fn numbers(op: Op, x: Scalar, y: Scalar) -> Result<Scalar, Fault> {
+    let floats = x.dtype().is_float() || y.dtype().is_float();
+    match op {
+        Op::BitAnd | Op::BitOr | Op::BitXor | Op::ShiftLeft | Op::ShiftRight if floats => Err(Fault::kind(NO_BITS)),
+        _ if floats || op == Op::Divide => Ok(Scalar::Float64(float_function(op)(x.float(), y.float()))),
+        Op::Power if y.int() < 0 => Err(Fault::value(NEGATIVE_POWER)),
+        _ => Ok(Scalar::Int64(int_function(op)(x.int(), y.int()))),
+    }
+}
+
+const NEGATIVE_POWER: &str = "integers to negative integer powers are not allowed; use a float";
+const NO_BITS: &str =
+    "&, |, ^ and shifts take truth values or integers, not floats: put comparisons in parentheses";
+
 /// The type of the result of arithmetic on two operands.
 fn promoted(a: &Operand, b: &Operand) -> Dtype {
     let weak = |strong: Dtype, weak: Dtype| match (strong, weak) {
@@ -165,15 +180,13 @@ impl Pair<'_> {
             (Dtype::Bool, Op::BitOr) => self.bools(|x, y| x || y),
             (Dtype::Bool, Op::BitXor) => self.bools(|x, y| x != y),
             (Dtype::Bool | Dtype::Int, _) => self.ints(op),
-            _ => Err(Fault::kind(
-                "&, |, ^ and shifts take truth values or integers, not floats: put comparisons in parentheses",
-            )),
+            _ => Err(Fault::kind(NO_BITS)),
         }
     }
 
     fn ints(&self, op: Op) -> Result<Array, Fault> {
         if op == Op::Power && self.b.to_ints().iter().any(|&e| e < 0) {
-            return Err(Fault::value("integers to negative integer powers are not allowed; use a float"));
+            return Err(Fault::value(NEGATIVE_POWER));
         }
         let f = int_function(op);
         Ok(Array::ints(self.zip(Array::to_ints, f)?, self.shape.clone()))

@@ -37,6 +37,16 @@ pub enum Fault {
         /// What to use instead.
         instead: String,
     },
+    /// An import of something that is not there; code may catch it and do without.
+    #[error("{what} is not supported")]
+    Import {
+        /// What was to be imported.
+        what: String,
+        /// What to use instead.
+        instead: String,
+        /// `ModuleNotFoundError`, or `ImportError` for a name in a module that is there.
+        exception: &'static str,
+    },
     /// A wrong set of arguments.
     #[error("{function}(): {problem}")]
     Arguments {
@@ -106,11 +116,8 @@ impl Fault {
     pub fn hint(&self) -> Option<String> {
         match self {
             Self::UnknownName { hint, .. } | Self::UnknownAttribute { hint, .. } => hint.clone(),
-            Self::Unsupported { instead, .. } => Some(instead.clone()),
-            Self::Limit { what: "operations", .. } => {
-                Some("use whole-array numpy operations and 2000 to 4000 points a piece".into())
-            }
-            Self::Limit { .. } => Some("2000 to 4000 points a piece are enough".into()),
+            Self::Unsupported { instead, .. } | Self::Import { instead, .. } => Some(instead.clone()),
+            Self::Limit { what, .. } => Some(way_within(what).into()),
             Self::Singular(_) => Some("check np.linalg.det, or leave out what makes two rows alike".into()),
             _ => None,
         }
@@ -128,8 +135,24 @@ impl Fault {
             Self::Key(_) => "KeyError",
             Self::ZeroDivision => "ZeroDivisionError",
             Self::Raised { exception, .. } => exception,
+            Self::Import { exception, .. } => exception,
             Self::Syntax(_) | Self::Unsupported { .. } | Self::Limit { .. } => return None,
         })
+    }
+}
+
+/// How code stays within a limit.
+fn way_within(what: &str) -> &'static str {
+    match what {
+        "operations" => "use whole-array numpy operations and 2000 to 4000 points a piece",
+        "seconds of run time" => "see that every loop ends, and use whole-array numpy operations",
+        "levels of nested expressions and calls" => "use a loop instead of a function that calls itself",
+        "brackets and operators nested in each other" => "give parts of the expression names of their own",
+        "levels of nested lists" => "use flat lists or arrays",
+        "dimensions of an array" => "use arrays with fewer axes; a cloud has two",
+        "bytes of text" => "print less; only the clouds count",
+        "bytes of source code" => "compute the points instead of writing them out",
+        _ => "2000 to 4000 points a piece are enough; go through larger arrays part by part",
     }
 }
 

@@ -1,7 +1,7 @@
 //! The evaluator: what it holds while code runs, and the statements.
 //!
 //! A syntax tree and a scope come in; variables change, and a [`Flow`] says how the block ended. Nothing
-//! reaches outside: there are no files, no network, no imports but numpy and math. Imports everything of
+//! reaches outside: there are no files, no network, no imports but those that `imports.rs` lists. Imports everything of
 //! `stagecode`.
 
 use std::cell::{Cell, RefCell};
@@ -11,6 +11,7 @@ use std::rc::Rc;
 use ruff_python_ast::{Expr, Stmt, StmtFor, StmtFunctionDef, StmtIf, StmtWhile};
 use ruff_text_size::Ranged;
 
+use super::args::Arguments;
 use super::builtins;
 use super::error::{Fault, Raised};
 use super::iterate::Steps;
@@ -28,13 +29,33 @@ pub struct Scope {
     pub parent: Option<Rc<Scope>>,
     /// Names that a `global` or `nonlocal` statement gave to an outer scope.
     outer: RefCell<HashSet<String>>,
+    /// Whether it is a comprehension's, which holds its loop variables alone.
+    comprehension: bool,
 }
 
 impl Scope {
     /// An empty scope inside another.
     pub fn inside(parent: &Rc<Self>) -> Rc<Self> {
+        Rc::new(Self::within(parent, false))
+    }
+
+    fn within(parent: &Rc<Self>, comprehension: bool) -> Self {
         let (variables, outer) = Default::default();
-        Rc::new(Self { variables, parent: Some(parent.clone()), outer })
+        Self { variables, parent: Some(parent.clone()), outer, comprehension }
+    }
+
+    /// An empty scope of a comprehension.
+    pub fn of_comprehension(parent: &Rc<Self>) -> Rc<Self> {
+        Rc::new(Self::within(parent, true))
+    }
+
+    /// The scope in which `name := value` binds: the innermost that is no comprehension's.
+    pub fn binding(self: &Rc<Self>) -> Rc<Self> {
+        let mut scope = self;
+        while let (true, Some(parent)) = (scope.comprehension, &scope.parent) {
+            scope = parent;
+        }
+        scope.clone()
     }
 
     /// The variable's value here or further out.
@@ -84,8 +105,12 @@ pub struct Evaluator {
     pub globals: Rc<Scope>,
     /// The generator behind `np.random.rand` and its like.
     pub random: Rc<RefCell<Random>>,
+    /// The generator behind Python's `random`.
+    pub pythons_random: Rc<RefCell<Random>>,
     /// How many generators were made without a seed.
     unseeded: Cell<u64>,
+    /// The exceptions whose handlers are running, the innermost last.
+    pub(super) handling: RefCell<Vec<Raised>>,
     /// The text that is running.
     pub(super) source: RefCell<Rc<Source>>,
 }
@@ -97,7 +122,9 @@ impl Evaluator {
             budget: Budget::new(limits),
             globals: Rc::default(),
             random: Rc::new(RefCell::new(Random::legacy(0))),
+            pythons_random: Rc::new(RefCell::new(Random::python(0))),
             unseeded: Cell::new(0),
+            handling: RefCell::default(),
             source: RefCell::new(Rc::new(Source::new("", 1, 0))),
         }
     }
@@ -169,11 +196,16 @@ impl Evaluator {
 
     /// The fault of a `raise` statement.
     fn raised(&self, exception: Option<&Expr>, scope: &Rc<Scope>) -> Result<Raised, Raised> {
-        Ok(match exception.map(|e| self.expr(e, scope)).transpose()? {
-            Some(Value::Exception(e)) => {
+        let Some(exception) = exception else {
+            let again = self.handling.borrow().last().cloned();
+            let none = || self.exception("RuntimeError", Some(&Value::str("there is no exception to raise again")));
+            return Ok(again.unwrap_or_else(|| none().into()));
+        };
+        Ok(match self.expr(exception, scope)? {
+            Value::Exception(e) => {
                 Fault::Raised { exception: e.0.clone(), message: e.1.clone() }.into()
             }
-            other => self.exception("Exception", other.as_ref()).into(),
+            other => return Err(Fault::kind(format!("a {} cannot be raised", other.type_name())).into()),
         })
     }
 
@@ -221,9 +253,11 @@ impl Evaluator {
     }
 
     fn define(&self, s: &StmtFunctionDef, scope: &Rc<Scope>) -> Result<(), Raised> {
-        if s.is_async || !s.decorator_list.is_empty() {
-            return Err(Fault::unsupported("a decorated or async function", "write a plain def").into());
+        if s.is_async {
+            return Err(Fault::unsupported("an async function", "write a plain def").into());
         }
+        let decorators: Vec<Value> =
+            s.decorator_list.iter().map(|d| self.expr(&d.expression, scope)).collect::<Result<_, _>>()?;
         // The body is copied; a definition in a loop pays for its length.
         self.budget.charge(s.range.len().to_usize())?;
         let function = Function {
@@ -234,7 +268,11 @@ impl Evaluator {
             scope: scope.clone(),
             source: self.source.borrow().clone(),
         };
-        scope.set(&s.name, Value::Function(Rc::new(function)));
+        let mut made = Value::Function(Rc::new(function));
+        for decorator in decorators.iter().rev() {
+            made = self.call(decorator, Arguments { positional: vec![made], keyword: Vec::new() })?;
+        }
+        scope.set(&s.name, made);
         Ok(())
     }
 
@@ -259,11 +297,11 @@ impl Evaluator {
     }
 }
 
-/// Whether a context is `np.errstate(..)` or `np.printoptions(..)`.
+/// Whether a context is `np.errstate(..)`, `np.printoptions(..)` or `warnings.catch_warnings(..)`.
 fn is_quiet(context: &Expr) -> bool {
     let Expr::Call(call) = context else { return false };
     let Expr::Attribute(named) = &*call.func else { return false };
-    matches!(named.attr.as_str(), "errstate" | "printoptions")
+    matches!(named.attr.as_str(), "errstate" | "printoptions" | "catch_warnings")
 }
 
 fn unsupported(statement: &Stmt) -> Fault {

@@ -7,6 +7,7 @@ use std::rc::Rc;
 
 use ruff_python_ast::{ExceptHandler, Expr, StmtTry};
 
+use super::calls::place_of;
 use super::error::{Fault, Raised};
 use super::eval::{Evaluator, Flow, Scope};
 use super::value::Value;
@@ -26,8 +27,18 @@ pub const EXCEPTIONS: &[&str] = &[
     "LookupError",
     "RuntimeError",
     "NotImplementedError",
+    "RecursionError",
+    "OverflowError",
+    "FloatingPointError",
     "AssertionError",
     "StopIteration",
+    "ImportError",
+    "ModuleNotFoundError",
+    "Warning",
+    "UserWarning",
+    "RuntimeWarning",
+    "FutureWarning",
+    "DeprecationWarning",
 ];
 
 /// Runs a `try` statement.
@@ -46,7 +57,7 @@ pub(super) fn try_statement(eval: &Evaluator, s: &StmtTry, scope: &Rc<Scope>) ->
     }
 }
 
-fn handle(eval: &Evaluator, s: &StmtTry, raised: Raised, scope: &Rc<Scope>) -> Result<Flow, Raised> {
+fn handle(eval: &Evaluator, s: &StmtTry, mut raised: Raised, scope: &Rc<Scope>) -> Result<Flow, Raised> {
     let Some(name) = raised.fault.exception().map(str::to_owned) else { return Err(raised) };
     for ExceptHandler::ExceptHandler(handler) in &s.handlers {
         if !handler.type_.as_deref().is_none_or(|wanted| catches(wanted, &name)) {
@@ -59,7 +70,12 @@ fn handle(eval: &Evaluator, s: &StmtTry, raised: Raised, scope: &Rc<Scope>) -> R
             };
             scope.set(variable, Value::Exception(Rc::new((name.clone(), message))));
         }
-        return eval.block(&handler.body, scope);
+        // A bare `raise` in the handler raises the same again, from the place where it came from.
+        raised.place = Some(place_of(eval, &raised));
+        eval.handling.borrow_mut().push(raised);
+        let outcome = eval.block(&handler.body, scope);
+        eval.handling.borrow_mut().pop();
+        return outcome;
     }
     Err(raised)
 }
@@ -69,14 +85,23 @@ fn catches(wanted: &Expr, name: &str) -> bool {
     match wanted {
         Expr::Tuple(all) => all.elts.iter().any(|one| catches(one, name)),
         Expr::Attribute(one) => one.attr.as_str() == "LinAlgError" && name == "LinAlgError",
-        Expr::Name(one) => match one.id.as_str() {
+        Expr::Name(one) => is_a(name, &one.id),
+        _ => false,
+    }
+}
+
+/// Whether an exception of this name is one of the class.
+pub fn is_a(name: &str, class: &str) -> bool {
+    match class {
             // numpy's LinAlgError is a ValueError.
             "ValueError" => matches!(name, "ValueError" | "LinAlgError"),
             "Exception" | "BaseException" => true,
-            "ArithmeticError" => name == "ZeroDivisionError",
-            "LookupError" => matches!(name, "IndexError" | "KeyError"),
+            "ArithmeticError" => {
+                matches!(name, "ArithmeticError" | "ZeroDivisionError" | "OverflowError" | "FloatingPointError")
+            }
+            "ImportError" => matches!(name, "ImportError" | "ModuleNotFoundError"),
+            "RuntimeError" => matches!(name, "RuntimeError" | "NotImplementedError" | "RecursionError"),
+            "LookupError" => matches!(name, "LookupError" | "IndexError" | "KeyError"),
             other => other == name,
-        },
-        _ => false,
     }
 }

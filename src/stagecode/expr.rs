@@ -52,7 +52,7 @@ impl Evaluator {
             Expr::If(e) => self.expr(&e.orelse, scope)?,
             Expr::Named(e) => {
                 let value = self.expr(&e.value, scope)?;
-                self.assign(&e.target, value.clone(), scope)?;
+                self.assign(&e.target, value.clone(), &scope.binding())?;
                 value
             }
             Expr::Call(e) => self.call_expr(e, scope)?,
@@ -182,7 +182,7 @@ impl Evaluator {
         scope: &Rc<Scope>,
     ) -> Result<Vec<Value>, Raised> {
         let mut out = Vec::new();
-        self.run_loops(loops, &Scope::inside(scope), &mut |eval, inner| {
+        self.run_loops(loops, &Scope::of_comprehension(scope), &mut |eval, inner| {
             eval.budget.charge(1)?;
             if out.len() >= eval.budget.limits().elements {
                 eval.budget.allocate(usize::MAX)?;
@@ -202,7 +202,7 @@ impl Evaluator {
         let Some(key) = &e.key else {
             return Err(Fault::unsupported("** in a dict comprehension", "use a loop").into());
         };
-        self.run_loops(&e.generators, &Scope::inside(scope), &mut |eval, inner| {
+        self.run_loops(&e.generators, &Scope::of_comprehension(scope), &mut |eval, inner| {
             let key = eval.expr(key, inner)?;
             dict.insert(&key, eval.expr(&e.value, inner)?)?;
             Ok(())

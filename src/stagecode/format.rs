@@ -29,6 +29,10 @@ const SHOWN_LEVELS: usize = 8;
 /// Characters after which nothing more is shown.
 const SHOWN_TEXT: usize = 10_000;
 
+/// Builtins that are classes.
+const CLASSES: &[&str] =
+    &["int", "float", "bool", "str", "list", "tuple", "set", "dict", "range", "slice", "type"];
+
 fn write(value: &Value, out: &mut String, depth: usize) {
     if depth > SHOWN_LEVELS || out.len() > SHOWN_TEXT {
         return out.push_str("...");
@@ -64,8 +68,12 @@ fn write(value: &Value, out: &mut String, depth: usize) {
         }
         Value::Array(a) => out.push_str(&format!("array of shape {}", super::array::show(a.shape()))),
         Value::Range(start, stop, step) => out.push_str(&format!("range({start}, {stop}, {step})")),
-        Value::Exception(e) => out.push_str(&format!("{}('{}')", e.0, e.1)),
         Value::Dtype(dtype) => out.push_str(dtype.name()),
+        Value::Type(name) => out.push_str(&format!("<class '{name}'>")),
+        Value::Builtin(row) if row.name == "ndarray" => out.push_str("<class 'numpy.ndarray'>"),
+        Value::Builtin(row) if CLASSES.contains(&row.name) => out.push_str(&format!("<class '{}'>", row.name)),
+        Value::Exception(e) if e.1.is_empty() => out.push_str(&format!("<class '{}'>", e.0)),
+        Value::Exception(e) => out.push_str(&format!("{}('{}')", e.0, e.1)),
         other => out.push_str(&format!("<{}>", other.type_name())),
     }
 }
@@ -86,8 +94,8 @@ fn number(n: Scalar) -> String {
     match n {
         Scalar::Bool(true) => "True".into(),
         Scalar::Bool(false) => "False".into(),
-        Scalar::Int(i) => i.to_string(),
-        Scalar::Float(f) => float(f),
+        Scalar::Int(i) | Scalar::Int64(i) => i.to_string(),
+        Scalar::Float(f) | Scalar::Float64(f) => float(f),
     }
 }
 

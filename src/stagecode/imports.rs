@@ -1,14 +1,14 @@
-//! `import` statements: numpy and math under any name, and nothing else.
+//! `import` statements: numpy, math and parts of the standard library under any name, and nothing else.
 //!
 //! A statement and a scope come in; names in the scope, or a fault that says what to do, go out. Imports
 //! attributes of modules, values, faults.
 
 use ruff_python_ast::{Alias, Stmt};
 
-use super::attribute;
 use super::error::Fault;
 use super::eval::{Evaluator, Scope};
 use super::value::{Module, Value};
+use super::{attribute, standard};
 
 /// Runs an `import` or `from ... import` statement.
 pub fn import(eval: &Evaluator, statement: &Stmt, scope: &Scope) -> Result<(), Fault> {
@@ -17,11 +17,6 @@ pub fn import(eval: &Evaluator, statement: &Stmt, scope: &Scope) -> Result<(), F
         Stmt::ImportFrom(s) => {
             let name = s.module.as_ref().map_or("", |m| m.as_str());
             if name == "__future__" {
-                return Ok(());
-            }
-            if name == "typing" {
-                // Annotations are never evaluated; the names only have to be there.
-                s.names.iter().for_each(|a| scope.set(a.asname.as_ref().unwrap_or(&a.name), Value::None));
                 return Ok(());
             }
             let module = if s.level == 0 { module_named(name) } else { None };
@@ -46,10 +41,20 @@ fn whole(alias: &Alias, scope: &Scope) -> Result<(), Fault> {
 }
 
 fn part(eval: &Evaluator, module: Module, alias: &Alias, scope: &Scope) -> Result<(), Fault> {
+    if alias.name.as_str() == "*" && module == Module::Math {
+        return attribute::names_of_math().try_for_each(|name| {
+            scope.set(name, attribute::of_module(eval, module, name)?);
+            Ok(())
+        });
+    }
     if alias.name.as_str() == "*" {
         return Err(Fault::unsupported("`import *`", "import numpy as np and write np. before its names"));
     }
-    let value = attribute::of_module(eval, module, &alias.name)?;
+    let value = attribute::of_module(eval, module, &alias.name).map_err(|fault| {
+        let instead = fault.hint().unwrap_or_else(|| "write it with the names that are there".into());
+        let what = format!("importing `{}` from that module", alias.name);
+        Fault::Import { what, instead, exception: "ImportError" }
+    })?;
     scope.set(alias.asname.as_ref().unwrap_or(&alias.name), value);
     Ok(())
 }
@@ -60,21 +65,19 @@ fn module_named(name: &str) -> Option<Module> {
         "numpy.random" => Module::Random,
         "numpy.linalg" => Module::Linalg,
         "math" => Module::Math,
-        _ => return None,
+        _ => return standard::module(name),
     })
 }
 
 fn refusal(name: &str) -> Fault {
     let instead = match name {
-        "random" => "use np.random",
         "scipy" | "scipy.spatial" | "scipy.spatial.transform" => {
             "write the formula with numpy; np.linalg has norm, inv and det"
         }
         "matplotlib" | "matplotlib.pyplot" | "open3d" => "leave pictures out; only the clouds count",
-        "typing" => "write `from typing import ..`, or leave annotations out",
         "dataclasses" => "use tuples and dicts",
-        "itertools" => "use nested loops or np.meshgrid",
-        _ => "only numpy and math can be imported",
+        _ => "only numpy, math and harmless parts of the standard library can be imported",
     };
-    Fault::unsupported(format!("importing `{name}`"), instead)
+    let what = format!("importing `{name}`");
+    Fault::Import { what, instead: instead.into(), exception: "ModuleNotFoundError" }
 }

@@ -3,6 +3,7 @@
 //! A container and an index value come in, an item (or a view) goes out. Array indices are `array_index`'s.
 //! Imports the evaluator's budget, values, arrays, faults.
 
+use super::args::Arguments;
 use super::array_index;
 use super::dict::Key;
 use super::error::Fault;
@@ -30,8 +31,18 @@ pub fn get(eval: &Evaluator, owner: &Value, at: &Value) -> Result<Value, Fault> 
             Ok(items[position(at, items.len(), owner.type_name())?].clone())
         }
         Value::Dict(dict) => {
-            let dict = dict.0.borrow();
-            dict.get(&Key::of(at)?).cloned().ok_or_else(|| Fault::Key(super::format::repr(at)))
+            let (found, default) =
+                (dict.0.borrow().get(&Key::of(at)?).cloned(), dict.0.borrow().default.clone());
+            match (found, default) {
+                (Some(value), _) => Ok(value),
+                (None, Some(number @ Value::Number(_))) => Ok(number),
+                (None, Some(factory)) => {
+                    let made = eval.call(&factory, Arguments::default()).map_err(|raised| raised.fault)?;
+                    set(eval, owner, at, made.clone())?;
+                    Ok(made)
+                }
+                (None, None) => Err(Fault::Key(super::format::repr(at))),
+            }
         }
         Value::Str(s) => text_item(eval, s, at),
         Value::Range(start, stop, step) => {
@@ -50,7 +61,7 @@ pub fn get(eval: &Evaluator, owner: &Value, at: &Value) -> Result<Value, Fault> 
         }
         Value::Indexer(kind) => numpy_grid::indexer(eval, *kind, at),
         // `list[float]` and the like stand in annotations.
-        Value::Builtin(_) => Ok(owner.clone()),
+        Value::Builtin(_) | Value::Type(_) => Ok(owner.clone()),
         other => Err(Fault::kind(format!("a {} has no items to take by index", other.type_name()))),
     }
 }
@@ -113,8 +124,19 @@ fn set_slice(
 pub fn delete(owner: &Value, at: &Value) -> Result<(), Fault> {
     match owner {
         Value::List(items) => {
-            let at = position(at, items.0.borrow().len(), "list")?;
-            let old = items.0.borrow_mut().remove(at);
+            let length = items.0.borrow().len();
+            let mut places: Vec<usize> = match at {
+                Value::Slice(parts) => slice_positions(parts, length)?.iter().collect(),
+                _ => vec![position(at, length, "list")?],
+            };
+            places.sort_unstable();
+            let mut gone = places.into_iter().peekable();
+            let mut old = Vec::new();
+            let all = std::mem::take(&mut *items.0.borrow_mut());
+            for (at, item) in all.into_iter().enumerate() {
+                let kept = gone.next_if_eq(&at).is_none();
+                if kept { items.0.borrow_mut().push(item) } else { old.push(item) }
+            }
             drop(old);
             Ok(())
         }

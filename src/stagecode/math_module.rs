@@ -5,6 +5,7 @@
 
 use super::args::{Call, Row};
 use super::error::Fault;
+use super::operators;
 use super::scalar::Scalar;
 use super::value::Value;
 
@@ -47,11 +48,19 @@ pub const ROWS: &[Row] = &[
     Row::new("ceil", "x", |c| whole(c, f64::ceil)),
     Row::new("trunc", "x", |c| whole(c, f64::trunc)),
     Row::new("isqrt", "n", |c| Ok(Value::int(c.count(0)?.isqrt() as i64))),
+    Row::new("asinh", "x", |c| float(c, f64::asinh)),
+    Row::new("acosh", "x", |c| float(c, f64::acosh)),
+    Row::new("atanh", "x", |c| float(c, f64::atanh)),
+    Row::new("exp2", "x", |c| float(c, f64::exp2)),
     Row::new("gcd", "a b", |c| Ok(Value::int(gcd(c.int(0)?, c.int(1)?)))),
     Row::new("factorial", "n", factorial),
     Row::new("comb", "n k", comb),
-    Row::new("prod", "iterable", |c| {
-        Ok(Value::float(c.sequence(0)?.iter().filter_map(Value::as_scalar).map(Scalar::float).product()))
+    Row::new("prod", "iterable start?", |c| {
+        let mut product = c.opt(1).cloned().unwrap_or(Value::int(1));
+        for item in c.sequence(0)? {
+            product = operators::binary(&c.eval.budget, ruff_python_ast::Operator::Mult, &product, &item)?;
+        }
+        Ok(product)
     }),
     Row::new("fsum", "seq", |c| {
         Ok(Value::float(c.sequence(0)?.iter().filter_map(Value::as_scalar).map(Scalar::float).sum()))

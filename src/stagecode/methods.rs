@@ -7,7 +7,7 @@ use super::args::{Call, Row};
 use super::error::Fault;
 use super::scalar::Dtype;
 use super::value::Value;
-use super::{builtins, convert, methods_dict, numpy, operators, random_table, ufunc};
+use super::{builtins, convert, methods_dict, numpy, operators, python_random, random_table, ufunc};
 
 /// numpy functions that are methods of arrays too.
 const SHARED: &[&str] = &[
@@ -155,7 +155,26 @@ const SEQUENCE: &[Row] = &[
 const TEXT: &[Row] = &[
     Row::new("upper", "self", |c| text(c, |s| s.to_uppercase())),
     Row::new("lower", "self", |c| text(c, |s| s.to_lowercase())),
-    Row::new("strip", "self", |c| text(c, |s| s.trim().to_owned())),
+    Row::new("strip", "self chars?", |c| stripped(c, true, true)),
+    Row::new("lstrip", "self chars?", |c| stripped(c, true, false)),
+    Row::new("rstrip", "self chars?", |c| stripped(c, false, true)),
+    Row::new("ljust", "self width fillchar?", |c| padded(c, |_, _| 0)),
+    Row::new("rjust", "self width fillchar?", |c| padded(c, |missing, _| missing)),
+    Row::new("center", "self width fillchar?", |c| padded(c, |missing, width| missing / 2 + (missing & width & 1))),
+    Row::new("zfill", "self width", |c| {
+        let (s, width) = (c.text(0)?, c.count(1)?);
+        c.eval.budget.text(s.len().max(width))?;
+        let (sign, digits) = s.split_at(usize::from(s.starts_with(['+', '-'])));
+        Ok(Value::str(format!("{sign}{}{digits}", "0".repeat(width.saturating_sub(s.chars().count())))))
+    }),
+    Row::new("splitlines", "self", |c| {
+        c.eval.budget.allocate(c.text(0)?.len())?;
+        Ok(Value::list(c.text(0)?.lines().map(Value::str).collect()))
+    }),
+    Row::new("isalpha", "self", |c| {
+        let s = c.text(0)?;
+        Ok(Value::bool(!s.is_empty() && s.chars().all(char::is_alphabetic)))
+    }),
     Row::new("title", "self", |c| text(c, titled)),
     Row::new("capitalize", "self", |c| {
         text(c, |s| {
@@ -231,6 +250,26 @@ fn place(c: &Call) -> Result<Option<usize>, Fault> {
     Ok(s.find(c.text(1)?).map(|at| s[..at].chars().count()))
 }
 
+/// The text without spaces, or without the letters that the second argument lists, at its ends.
+fn stripped(c: &Call, left: bool, right: bool) -> Result<Value, Fault> {
+    let s = c.text(0)?;
+    c.eval.budget.text(s.len())?;
+    let chars = if c.opt(1).is_some() { Some(c.text(1)?) } else { None };
+    let gone = |ch: char| chars.map_or(ch.is_whitespace(), |chars| chars.contains(ch));
+    let s = if left { s.trim_start_matches(gone) } else { s };
+    Ok(Value::str(if right { s.trim_end_matches(gone) } else { s }))
+}
+
+/// The text filled up to a width; `before` is how many of the missing letters go in front.
+fn padded(c: &Call, before: fn(usize, usize) -> usize) -> Result<Value, Fault> {
+    let (s, width) = (c.text(0)?, c.count(1)?);
+    let fill = if c.opt(2).is_some() { c.text(2)? } else { " " };
+    c.eval.budget.text(s.len().saturating_add(width.saturating_mul(fill.len())))?;
+    let missing = width.saturating_sub(s.chars().count());
+    let front = before(missing, width);
+    Ok(Value::str(format!("{}{s}{}", fill.repeat(front), fill.repeat(missing - front))))
+}
+
 fn text(c: &Call, f: fn(&str) -> String) -> Result<Value, Fault> {
     let s = c.text(0)?;
     c.eval.budget.text(s.len().saturating_mul(2))?;
@@ -250,7 +289,12 @@ pub fn of(owner: &Value) -> impl Iterator<Item = &'static Row> + Clone {
         _ => (&[], &[]),
     };
     let shared: &'static [&'static str] = if own.as_ptr() == ARRAY.as_ptr() { SHARED } else { &[] };
-    let random = if let Value::Random(r) = owner { Some(r.borrow().is_legacy()) } else { None };
+    let pythons = matches!(owner, Value::Random(r) if r.borrow().is_pythons());
+    let (own, random) = match owner {
+        Value::Random(_) if pythons => (python_random::ROWS, None),
+        Value::Random(r) => (own, Some(r.borrow().is_legacy())),
+        _ => (own, None),
+    };
     own.iter()
         .chain(more)
         .chain(shared.iter().filter_map(|name| numpy::named(name)))

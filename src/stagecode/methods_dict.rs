@@ -43,6 +43,14 @@ pub const DICT: &[Row] = &[
         entries.into_iter().try_for_each(|(k, v)| table(c)?.0.borrow_mut().insert(&k, v).map(drop))?;
         Ok(Value::None)
     }),
+    Row::new("clear", "self", clear),
+    Row::new("most_common", "self n?", |c| {
+        let mut entries = table(c)?.0.borrow().entries().to_vec();
+        c.eval.budget.allocate(entries.len())?;
+        entries.sort_by_key(|(_, count)| std::cmp::Reverse(count.as_int()));
+        entries.truncate(if c.opt(1).is_some() { c.count(1)? } else { usize::MAX });
+        Ok(Value::list(entries.into_iter().map(|(k, v)| Value::tuple(vec![k, v])).collect()))
+    }),
     Row::new("copy", "self", |c| {
         let entries = table(c)?.0.borrow().entries().to_vec();
         c.eval.budget.allocate(entries.len())?;
@@ -56,6 +64,28 @@ pub const SET: &[Row] = &[
         c.eval.budget.charge(1)?;
         table(c)?.0.borrow_mut().insert(c.get(1)?, Value::None)?;
         Ok(Value::None)
+    }),
+    Row::new("remove", "self item", |c| {
+        let old = table(c)?.0.borrow_mut().remove(&Key::of(c.get(1)?)?);
+        old.map(|_| Value::None).ok_or_else(|| Fault::Key(super::format::repr(c.get(1).unwrap_or(&Value::None))))
+    }),
+    Row::new("update", "self *others", |c| {
+        for other in &c.rest {
+            for item in c.eval.collect(other)? {
+                table(c)?.0.borrow_mut().insert(&item, Value::None)?;
+            }
+        }
+        Ok(Value::None)
+    }),
+    Row::new("clear", "self", clear),
+    Row::new("copy", "self", |c| set_operation(c, ruff_python_ast::Operator::BitOr)),
+    Row::new("issubset", "self other", |c| contains_all(c, &super::expr::keys(c.sequence(1)?)?, c.get(0)?)),
+    Row::new("issuperset", "self other", |c| contains_all(c, c.get(0)?, &super::expr::keys(c.sequence(1)?)?)),
+    Row::new("isdisjoint", "self other", |c| {
+        set_operation(c, ruff_python_ast::Operator::BitAnd)?.truth().map(|shared| Value::bool(!shared))
+    }),
+    Row::new("symmetric_difference", "self other", |c| {
+        set_operation(c, ruff_python_ast::Operator::BitXor)
     }),
     Row::new("discard", "self item", |c| {
         let old = table(c)?.0.borrow_mut().remove(&Key::of(c.get(1)?)?);
@@ -74,7 +104,8 @@ fn table<'a>(c: &'a Call) -> Result<&'a Table, Fault> {
     }
 }
 
-fn made(entries: Vec<(Value, Value)>) -> Result<Dict, Fault> {
+/// A dict of entries.
+pub fn made(entries: Vec<(Value, Value)>) -> Result<Dict, Fault> {
     let mut dict = Dict::default();
     entries.into_iter().try_for_each(|(k, v)| dict.insert(&k, v).map(drop))?;
     Ok(dict)
@@ -87,18 +118,35 @@ fn parts(c: &Call, f: fn(&Value, &Value) -> Value) -> Result<Value, Fault> {
     Ok(Value::list(table.entries().iter().map(|(k, v)| f(k, v)).collect()))
 }
 
+fn clear(c: &Call) -> Result<Value, Fault> {
+    let old = table(c)?.0.borrow_mut().take_values();
+    drop(old);
+    Ok(Value::None)
+}
+
+/// Whether the first set holds every key of the second.
+fn contains_all(c: &Call, whole: &Value, part: &Value) -> Result<Value, Fault> {
+    let rest = super::operators::binary(&c.eval.budget, ruff_python_ast::Operator::Sub, part, whole)?;
+    rest.truth().map(|left_over| Value::bool(!left_over))
+}
+
 fn set_operation(c: &Call, op: ruff_python_ast::Operator) -> Result<Value, Fault> {
-    let other = super::expr::keys(c.sequence(1)?)?;
+    let other = super::expr::keys(if c.get(1).is_ok() { c.sequence(1)? } else { Vec::new() })?;
     super::operators::binary(&c.eval.budget, op, c.get(0)?, &other)
 }
 
 /// `dict()` of another dict or of pairs, and of keyword arguments.
 pub fn dict(c: &Call) -> Result<Value, Fault> {
-    let mut entries: Vec<(Value, Value)> = match c.opt(0) {
+    made(pairs(c, 0)?).map(Value::dict)
+}
+
+/// The entries of the dict or the pairs at `at`, and those given by keyword; charged.
+pub fn pairs(c: &Call, at: usize) -> Result<Vec<(Value, Value)>, Fault> {
+    let mut entries: Vec<(Value, Value)> = match c.opt(at) {
         None => Vec::new(),
         Some(Value::Dict(other)) => other.0.borrow().entries().to_vec(),
         Some(_) => c
-            .sequence(0)?
+            .sequence(at)?
             .iter()
             .map(|pair| match pair.items().as_deref() {
                 Some([key, value]) => Ok((key.clone(), value.clone())),
@@ -108,5 +156,5 @@ pub fn dict(c: &Call) -> Result<Value, Fault> {
     };
     entries.extend(c.named.iter().map(|(k, v)| (Value::str(k.clone()), v.clone())));
     c.eval.budget.allocate(entries.len())?;
-    made(entries).map(Value::dict)
+    Ok(entries)
 }

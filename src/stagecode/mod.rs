@@ -2,7 +2,8 @@
 //!
 //! Source text comes in, block after block into one namespace; arrays of that namespace go out, or a
 //! [`CodeError`] with line, column and a way out. The syntax tree is `ruff`'s, everything that runs is
-//! here: no file, no network, no import but numpy and math, and nothing beyond the [`Limits`]. [`Python`]
+//! here: no file, no network, no import but numpy and harmless parts of the standard library, and nothing
+//! beyond the [`Limits`]. [`Python`]
 //! runs what is beyond the subset, shut in by the system instead. Imports nothing of donut.
 //!
 //! | looking for | open |
@@ -11,7 +12,8 @@
 //! | statements, expressions, calls | `eval.rs`, `expr.rs`, `assign.rs`, `calls.rs` |
 //! | numbers, arrays and their indexing | `scalar.rs`, `array.rs`, `array_index.rs`, `elementwise.rs` |
 //! | the table of numpy functions | `numpy.rs` and `numpy_*.rs` |
-//! | random numbers | `random.rs`, `random_table.rs` |
+//! | random numbers | `random.rs`, `random_table.rs`, `python_random.rs` |
+//! | modules besides numpy | `math_module.rs`, `standard.rs` |
 //! | names without an import, methods | `builtins.rs`, `methods.rs` |
 //! | CPython instead, in a sandbox | `python.rs`, `sandbox.rs`, `harness.py` |
 
@@ -51,6 +53,7 @@ mod numpy_shape;
 mod numpy_sort;
 mod operators;
 mod python;
+mod python_random;
 mod random;
 mod random_choice;
 mod random_table;
@@ -58,6 +61,8 @@ mod sandbox;
 mod scalar;
 mod session;
 mod source;
+mod standard;
+mod standard_itertools;
 mod ufunc;
 mod value;
 mod ziggurat_tables;

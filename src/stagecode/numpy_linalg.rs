@@ -27,7 +27,7 @@ pub const ROWS: &[Row] = &[
 /// The rows of `np.linalg`.
 pub const LINALG: &[Row] = &[
     Row::new("norm", "x ord? axis? keepdims?", norm),
-    Row::new("det", "a", |c| Ok(Value::float(eliminate(c, matrix(c, 0)?.0, Vec::new())?.0))),
+    Row::new("det", "a", |c| Ok(Value::float64(eliminate(c, matrix(c, 0)?.0, Vec::new())?.0))),
     Row::new("inv", "a", inverse),
     Row::new("solve", "a b", solve),
     Row::new("matmul", "a b", |c| matmul(&c.eval.budget, c.get(0)?, c.get(1)?)),
@@ -104,7 +104,7 @@ fn flat_dot(c: &Call) -> Result<Value, Fault> {
         return Err(c.problem("both must have the same number of elements"));
     }
     c.eval.budget.charge(a.len())?;
-    Ok(Value::float(a.iter().zip(&b).map(|(x, y)| x * y).sum()))
+    Ok(Value::float64(a.iter().zip(&b).map(|(x, y)| x * y).sum()))
 }
 
 fn outer(c: &Call) -> Result<Value, Fault> {

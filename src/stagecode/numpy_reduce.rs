@@ -285,7 +285,7 @@ fn trapezoid(c: &Call) -> Result<Value, Fault> {
         return Err(c.problem("`x` and `y` must have the same length"));
     }
     let width = |i: usize| if x.is_empty() { dx } else { x[i] - x[i - 1] };
-    Ok(Value::float((1..y.len()).map(|i| width(i) * (y[i] + y[i - 1]) / 2.0).sum()))
+    Ok(Value::float64((1..y.len()).map(|i| width(i) * (y[i] + y[i - 1]) / 2.0).sum()))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Python's operators on any two values: numbers, text, sequences, sets, and arrays.
 //!
-//! Numbers follow Python (division by zero is a fault, integers do not wrap); anything with an array in it
-//! goes to `elementwise`. Imports values, arrays, limits, faults.
+//! Python's numbers follow Python (division by zero is a fault, integers do not wrap); anything with an array
+//! or a number of numpy's in it goes to `elementwise`. Imports values, arrays, limits, faults.
 
 use std::cmp::Ordering;
 
@@ -18,12 +18,24 @@ use super::value::{Value, range_len};
 /// `a op b`.
 pub fn binary(budget: &Budget, op: Operator, a: &Value, b: &Value) -> Result<Value, Fault> {
     match (a, b) {
+        (Value::Number(x), Value::Number(y))
+            if (x.is_numpys() || y.is_numpys()) && op != Operator::MatMult =>
+        {
+            elementwise::numbers(array_op(op), *x, *y).map(Value::Number)
+        }
         (Value::Number(x), Value::Number(y)) => numbers(op, *x, *y),
         (Value::Array(_), Value::Array(_) | Value::Number(_) | Value::List(_) | Value::Tuple(_))
         | (Value::Number(_) | Value::List(_) | Value::Tuple(_), Value::Array(_)) => match op {
             Operator::MatMult => super::numpy_linalg::matmul(budget, a, b),
             _ => elementwise::binary_values(budget, array_op(op), a, b),
         },
+        // A float of numpy's makes an array of the list that it meets.
+        (Value::Number(Scalar::Float64(_)), Value::List(_) | Value::Tuple(_))
+        | (Value::List(_) | Value::Tuple(_), Value::Number(Scalar::Float64(_)))
+            if op != Operator::MatMult =>
+        {
+            elementwise::binary_values(budget, array_op(op), a, b)
+        }
         (Value::Str(x), Value::Str(y)) if op == Operator::Add => {
             budget.text(x.len() + y.len())?;
             Ok(Value::str(format!("{x}{y}")))
@@ -46,6 +58,18 @@ pub fn binary(budget: &Budget, op: Operator, a: &Value, b: &Value) -> Result<Val
             if op == Operator::Mult =>
         {
             repeat(budget, if matches!(a, Value::Number(_)) { b } else { a }, *n)
+        }
+        (Value::Dict(x), Value::Dict(y)) if op == Operator::BitOr => {
+            budget.allocate(x.0.borrow().len().saturating_add(y.0.borrow().len()))?;
+            let entries = [x.0.borrow().entries(), y.0.borrow().entries()].concat();
+            super::methods_dict::made(entries).map(Value::dict)
+        }
+        // `float | None` stands in the names of types.
+        (Value::Type(_) | Value::Builtin(_) | Value::Dtype(_), _)
+        | (_, Value::Type(_) | Value::Builtin(_) | Value::Dtype(_))
+            if op == Operator::BitOr =>
+        {
+            Ok(Value::Type("object"))
         }
         (Value::Set(x), Value::Set(y)) => sets(budget, op, &x.0.borrow(), &y.0.borrow()),
         _ => Err(mismatch(op.as_str(), a, b)),
@@ -151,7 +175,7 @@ fn concatenate(budget: &Budget, a: &Value, b: &Value) -> Result<Value, Fault> {
 }
 
 fn repeat(budget: &Budget, sequence: &Value, times: Scalar) -> Result<Value, Fault> {
-    if matches!(times, Scalar::Float(_)) {
+    if times.dtype().is_float() {
         return Err(Fault::kind("a list can only be multiplied by an integer"));
     }
     let items = sequence.items().unwrap_or_default();
@@ -192,13 +216,17 @@ fn sets(budget: &Budget, op: Operator, a: &Dict, b: &Dict) -> Result<Value, Faul
 pub fn unary(budget: &Budget, op: UnaryOp, value: &Value) -> Result<Value, Fault> {
     match (op, value) {
         (UnaryOp::Not, _) => value.truth().map(|t| Value::bool(!t)),
-        (UnaryOp::USub, Value::Number(Scalar::Float(f))) => Ok(Value::float(-f)),
-        (UnaryOp::USub, Value::Number(n)) => ints(Operator::Sub, 0, n.int()),
+        (UnaryOp::USub, Value::Number(n)) => match n {
+            Scalar::Float(f) => Ok(Value::float(-f)),
+            Scalar::Float64(f) => Ok(Value::float64(-f)),
+            Scalar::Int64(i) => Ok(Value::Number(Scalar::Int64(i.wrapping_neg()))),
+            _ => ints(Operator::Sub, 0, n.int()),
+        },
         (UnaryOp::USub, Value::Array(a)) => elementwise::negate(budget, a).map(Value::array),
         (UnaryOp::Invert, Value::Array(a)) => elementwise::invert(budget, a).map(Value::array),
         // A truth value out of a mask inverts logically; ~True on a Python bool is never meant.
         (UnaryOp::Invert, Value::Number(Scalar::Bool(b))) => Ok(Value::bool(!b)),
-        (UnaryOp::Invert, Value::Number(Scalar::Int(i))) => Ok(Value::int(!i)),
+        (UnaryOp::Invert, Value::Number(Scalar::Int(i) | Scalar::Int64(i))) => Ok(Value::int(!i)),
         (UnaryOp::UAdd, Value::Array(a)) => {
             budget.allocate(a.size())?;
             Ok(Value::Array(a.copy()))
@@ -243,7 +271,7 @@ pub fn compare(budget: &Budget, op: CmpOp, a: &Value, b: &Value) -> Result<Value
 fn identical(a: &Value, b: &Value) -> bool {
     match (a, b) {
         (Value::None, Value::None) => true,
-        (Value::Number(x), Value::Number(y)) => x == y,
+        (Value::Number(x), Value::Number(y)) => x.plain() == y.plain(),
         (Value::Str(x), Value::Str(y)) => x == y,
         (Value::Array(x), Value::Array(y)) => x.same(y),
         (Value::List(x), Value::List(y)) | (Value::Tuple(x), Value::Tuple(y)) => std::rc::Rc::ptr_eq(x, y),
@@ -264,10 +292,9 @@ pub fn equal(budget: &Budget, a: &Value, b: &Value, depth: usize) -> Result<bool
         return Err(Fault::limit("levels of nested lists", MAX_COMPARE_DEPTH as u64));
     }
     match (a, b) {
-        (Value::Number(Scalar::Float(_)), Value::Number(y)) => {
-            Ok(a.as_scalar().map(Scalar::float) == Some(y.float()))
+        (Value::Number(x), Value::Number(y)) if x.dtype().is_float() || y.dtype().is_float() => {
+            Ok(x.float() == y.float())
         }
-        (Value::Number(x), Value::Number(Scalar::Float(y))) => Ok(x.float() == *y),
         (Value::Number(x), Value::Number(y)) => Ok(x.int() == y.int()),
         (Value::List(x), Value::List(y)) | (Value::Tuple(x), Value::Tuple(y)) => {
             let (x, y) = (x.0.borrow().clone(), y.0.borrow().clone());

@@ -3,7 +3,8 @@
 //! A seed comes in, the same stream as numpy's goes out: PCG64 seeded through `SeedSequence` behind
 //! `default_rng`, MT19937 behind `np.random.seed` and `RandomState`. Uniform numbers, integers, choices and
 //! permutations are bit-equal to numpy's, and so are normal numbers up to the last bit of the platform's
-//! `log` and `exp`; only the exponential of `default_rng` is merely equal in law. Imports the tables.
+//! `log` and `exp`; only the exponential of `default_rng` is merely equal in law. Python's own `random` runs
+//! on the same MT19937, seeded its way. Imports the tables.
 
 use super::ziggurat_tables::{FI, KI, WI};
 
@@ -12,6 +13,8 @@ pub struct Random {
     bits: Bits,
     /// MT19937's normals come in pairs; the second waits here.
     spare_normal: Option<f64>,
+    /// Whether it is one of Python's `random`, which draws other things from the same bits.
+    pythons: bool,
 }
 
 enum Bits {
@@ -72,7 +75,7 @@ impl Random {
         let (start, stream) = (word(0) << 64 | word(1), word(2) << 64 | word(3));
         let increment = stream << 1 | 1;
         let state = increment.wrapping_add(start).wrapping_mul(PCG_MULTIPLIER).wrapping_add(increment);
-        Self { bits: Bits::Pcg64 { state, increment, spare: None }, spare_normal: None }
+        Self { bits: Bits::Pcg64 { state, increment, spare: None }, spare_normal: None, pythons: false }
     }
 
     /// `np.random.RandomState(seed)`, and what `np.random.seed(seed)` sets.
@@ -83,7 +86,71 @@ impl Random {
             *slot = word;
             word = 1_812_433_253_u32.wrapping_mul(word ^ (word >> 30)).wrapping_add(i as u32 + 1);
         }
-        Self { bits: Bits::Mt19937 { key, next: 624 }, spare_normal: None }
+        Self { bits: Bits::Mt19937 { key, next: 624 }, spare_normal: None, pythons: false }
+    }
+
+    /// `random.Random(seed)`: MT19937 with the words of the seed mixed into its state.
+    pub fn python(seed: u64) -> Self {
+        let mut made = Self::legacy(19_650_218);
+        made.pythons = true;
+        let Bits::Mt19937 { key, .. } = &mut made.bits else { return made };
+        let words = if seed >> 32 == 0 { vec![seed as u32] } else { vec![seed as u32, (seed >> 32) as u32] };
+        let (mut i, mut j) = (1, 0);
+        let mixed = |key: &[u32; 624], i: usize, factor: u32| {
+            key[i] ^ (key[i - 1] ^ key[i - 1] >> 30).wrapping_mul(factor)
+        };
+        let next = |key: &mut [u32; 624], i: &mut usize| {
+            *i += 1;
+            if *i == 624 {
+                key[0] = key[623];
+                *i = 1;
+            }
+        };
+        for _ in 0..624 {
+            key[i] = mixed(key, i, 1_664_525).wrapping_add(words[j]).wrapping_add(j as u32);
+            next(key, &mut i);
+            j = (j + 1) % words.len();
+        }
+        for _ in 0..623 {
+            key[i] = mixed(key, i, 1_566_083_941).wrapping_sub(i as u32);
+            next(key, &mut i);
+        }
+        key[0] = 0x8000_0000;
+        made
+    }
+
+    /// Whether this is one of Python's `random`.
+    pub fn is_pythons(&self) -> bool {
+        self.pythons
+    }
+
+    /// The normal number that waits, if one does.
+    pub fn take_spare(&mut self) -> Option<f64> {
+        self.spare_normal.take()
+    }
+
+    /// Keeps the second normal number of a pair.
+    pub fn keep_spare(&mut self, normal: f64) {
+        self.spare_normal = Some(normal);
+    }
+
+    /// `count` random bits, at most 64, the low word first, as Python draws them.
+    pub fn bits(&mut self, count: u32) -> u64 {
+        match count {
+            0 => 0,
+            1..=32 => u64::from(self.next_u32() >> (32 - count)),
+            _ => u64::from(self.next_u32()) | u64::from(self.next_u32() >> (64 - count.min(64))) << 32,
+        }
+    }
+
+    /// Uniform among 0 .. `n` as Python draws it: as many bits as `n` has, until they are below it.
+    pub fn below(&mut self, n: u64) -> u64 {
+        loop {
+            let draw = self.bits(64 - n.leading_zeros());
+            if draw < n || n == 0 {
+                return draw;
+            }
+        }
     }
 
     /// Whether this is a `RandomState` rather than a `Generator`.

@@ -157,10 +157,14 @@ fn draw<const N: usize>(
         });
     }
     let mut random = generator(c)?.borrow_mut();
-    let all = (0..count)
+    let all: Vec<f64> = (0..count)
         .map(|i| next(&mut random, std::array::from_fn(|p| columns[p][i.min(columns[p].len() - 1)])))
         .collect();
     let dtype = if c.opt(size + 1).is_some() { c.dtype(size + 1)? } else { None };
+    if let ([], &[one]) = (&shape[..], &all[..]) {
+        // numpy returns a float of Python's.
+        return Ok(Value::float(one));
+    }
     Ok(Value::array(Array::floats_as(all, dtype.unwrap_or(Dtype::F64), shape)))
 }
 

@@ -1,6 +1,7 @@
 //! One number, and what type of elements arrays have.
 //!
-//! Python's numbers and numpy's elements come in and go out as the same three kinds; a cast is numpy's. Imports nothing.
+//! Elements are of the three plain kinds; a number by itself remembers whether numpy made it, since the two
+//! differ where there is no result. A cast is numpy's. Imports nothing.
 
 /// Element types. The order is that of promotion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -49,15 +50,42 @@ pub enum Scalar {
     Int(i64),
     /// A float.
     Float(f64),
+    /// An integer that numpy made: its arithmetic wraps, and division by zero is no error.
+    Int64(i64),
+    /// A float that numpy made: division by zero gives infinities, and roots of negative numbers NaN.
+    Float64(f64),
 }
 
 impl Scalar {
+    /// As numpy's number.
+    pub fn numpys(self) -> Self {
+        match self {
+            Self::Int(i) => Self::Int64(i),
+            Self::Float(f) => Self::Float64(f),
+            other => other,
+        }
+    }
+
+    /// As Python's number.
+    pub fn plain(self) -> Self {
+        match self {
+            Self::Int64(i) => Self::Int(i),
+            Self::Float64(f) => Self::Float(f),
+            other => other,
+        }
+    }
+
+    /// Whether numpy made it.
+    pub fn is_numpys(self) -> bool {
+        matches!(self, Self::Int64(_) | Self::Float64(_))
+    }
+
     /// As a float.
     pub fn float(self) -> f64 {
         match self {
             Self::Bool(b) => f64::from(u8::from(b)),
-            Self::Int(i) => i as f64,
-            Self::Float(f) => f,
+            Self::Int(i) | Self::Int64(i) => i as f64,
+            Self::Float(f) | Self::Float64(f) => f,
         }
     }
 
@@ -65,8 +93,8 @@ impl Scalar {
     pub fn int(self) -> i64 {
         match self {
             Self::Bool(b) => i64::from(b),
-            Self::Int(i) => i,
-            Self::Float(f) => f as i64,
+            Self::Int(i) | Self::Int64(i) => i,
+            Self::Float(f) | Self::Float64(f) => f as i64,
         }
     }
 
@@ -74,8 +102,8 @@ impl Scalar {
     pub fn truth(self) -> bool {
         match self {
             Self::Bool(b) => b,
-            Self::Int(i) => i != 0,
-            Self::Float(f) => f != 0.0,
+            Self::Int(i) | Self::Int64(i) => i != 0,
+            Self::Float(f) | Self::Float64(f) => f != 0.0,
         }
     }
 
@@ -83,8 +111,8 @@ impl Scalar {
     pub fn dtype(self) -> Dtype {
         match self {
             Self::Bool(_) => Dtype::Bool,
-            Self::Int(_) => Dtype::Int,
-            Self::Float(_) => Dtype::F64,
+            Self::Int(_) | Self::Int64(_) => Dtype::Int,
+            Self::Float(_) | Self::Float64(_) => Dtype::F64,
         }
     }
 }

@@ -61,6 +61,8 @@ pub enum Value {
     Indexer(Indexer),
     /// A random generator.
     Random(Rc<RefCell<Random>>),
+    /// A type that is good for nothing but its name: that of `None` or of a function, and what `typing` has.
+    Type(&'static str),
     /// An exception class or instance: its name and message.
     Exception(Rc<(String, String)>),
 }
@@ -76,6 +78,8 @@ pub enum Module {
     Random,
     /// `math`
     Math,
+    /// One of the standard library, by its name.
+    Standard(&'static str),
 }
 
 /// The objects of numpy that are used with brackets.
@@ -187,10 +191,15 @@ impl Value {
         Self::Iter(Rc::new(Iter { items, next: Cell::new(0) }))
     }
 
+    /// A float that numpy made.
+    pub fn float64(value: f64) -> Self {
+        Self::Number(Scalar::Float64(value))
+    }
+
     /// An array, or the number in it where it has no dimensions: numpy's operations return numbers too.
     pub fn array(array: Array) -> Self {
         match array.first() {
-            Some(value) if array.ndim() == 0 => Self::Number(value),
+            Some(value) if array.ndim() == 0 => Self::Number(value.numpys()),
             _ => Self::Array(array),
         }
     }
@@ -201,8 +210,8 @@ impl Value {
             Self::None => "NoneType",
             Self::Ellipsis => "ellipsis",
             Self::Number(Scalar::Bool(_)) => "bool",
-            Self::Number(Scalar::Int(_)) => "int",
-            Self::Number(Scalar::Float(_)) => "float",
+            Self::Number(Scalar::Int(_) | Scalar::Int64(_)) => "int",
+            Self::Number(Scalar::Float(_) | Scalar::Float64(_)) => "float",
             Self::Imaginary(_) => "complex",
             Self::Str(_) => "str",
             Self::Array(_) => "ndarray",
@@ -215,7 +224,7 @@ impl Value {
             Self::Iter(_) => "iterator",
             Self::Function(_) | Self::Builtin(_) | Self::Method(_) => "function",
             Self::Module(_) => "module",
-            Self::Dtype(_) => "type",
+            Self::Dtype(_) | Self::Type(_) => "type",
             Self::Indexer(_) => "indexer",
             Self::Random(_) => "Generator",
             Self::Exception(_) => "Exception",
@@ -244,10 +253,10 @@ impl Value {
         })
     }
 
-    /// The number, if it is one or an array of exactly one.
+    /// The number, if it is one or an array of exactly one, as Python's.
     pub fn as_scalar(&self) -> Option<Scalar> {
         match self {
-            Self::Number(n) => Some(*n),
+            Self::Number(n) => Some(n.plain()),
             Self::Array(a) if a.size() == 1 => a.first(),
             _ => None,
         }
