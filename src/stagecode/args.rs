@@ -11,6 +11,7 @@ use super::elementwise::{self, Op};
 use super::error::{Fault, Raised};
 use super::eval::Evaluator;
 use super::scalar::{Dtype, Scalar};
+use super::ufunc;
 use super::value::Value;
 
 /// What a row runs.
@@ -20,6 +21,8 @@ pub enum Run {
     Unary(fn(f64) -> f64),
     /// Element by element on two operands that stretch to each other.
     Binary(Op),
+    /// Element by element in a way of its own.
+    Each(fn(&Call) -> Result<Value, Fault>),
     /// Anything else.
     Call(fn(&Call) -> Result<Value, Fault>),
     /// A function that runs functions of the code.
@@ -57,12 +60,17 @@ impl Row {
 
     /// A row that works on every element as a float.
     pub const fn unary(name: &'static str, f: fn(f64) -> f64) -> Self {
-        Self { name, signature: "x", run: Run::Unary(f) }
+        Self { name, signature: "x out? where? dtype?", run: Run::Unary(f) }
     }
 
     /// A row that works on pairs of elements.
     pub const fn binary(name: &'static str, op: Op) -> Self {
-        Self { name, signature: "x1 x2", run: Run::Binary(op) }
+        Self { name, signature: "x1 x2 out? where? dtype?", run: Run::Binary(op) }
+    }
+
+    /// A row that works on every element in a way of its own.
+    pub const fn each(name: &'static str, call: fn(&Call) -> Result<Value, Fault>) -> Self {
+        Self { name, signature: "x out? where? dtype?", run: Run::Each(call) }
     }
 }
 
@@ -94,8 +102,12 @@ impl Row {
     pub fn call(&'static self, eval: &Evaluator, arguments: Arguments) -> Result<Value, Raised> {
         let call = Call::bind(eval, self, arguments)?;
         match self.run {
-            Run::Unary(f) => Ok(elementwise::unary(&eval.budget, f, &call.array(0)?)?),
-            Run::Binary(op) => Ok(elementwise::binary_values(&eval.budget, op, call.get(0)?, call.get(1)?)?),
+            Run::Unary(f) => Ok(ufunc::put(&call, elementwise::unary(&eval.budget, f, &call.array(0)?)?, 1)?),
+            Run::Binary(op) => {
+                let made = elementwise::binary_values(&eval.budget, op, call.get(0)?, call.get(1)?)?;
+                Ok(ufunc::put(&call, made, 2)?)
+            }
+            Run::Each(f) => Ok(ufunc::put(&call, f(&call)?, 1)?),
             Run::Call(f) => Ok(f(&call)?),
             Run::Back(f) => f(&call),
         }
@@ -174,7 +186,9 @@ impl<'a> Call<'a> {
 
     /// The argument as floats.
     pub fn floats(&self, at: usize) -> Result<Vec<f64>, Fault> {
-        Ok(self.array(at)?.to_floats())
+        let array = self.array(at)?;
+        self.eval.budget.charge(array.size())?;
+        Ok(array.to_floats())
     }
 
     /// The argument as one number.

@@ -8,6 +8,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use super::error::Fault;
+use super::memory::Held;
 use super::scalar::{Dtype, Scalar};
 
 /// The elements of an array, in the order of its buffer.
@@ -22,6 +23,14 @@ pub enum Buffer {
 }
 
 impl Buffer {
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Bool(v) => v.len(),
+            Self::Int(v) => 8 * v.len(),
+            Self::Float(v) => 8 * v.len(),
+        }
+    }
+
     fn get(&self, at: usize) -> Scalar {
         match self {
             Self::Bool(v) => Scalar::Bool(v[at]),
@@ -44,10 +53,17 @@ fn round_to(dtype: Dtype, value: f64) -> f64 {
     if dtype == Dtype::F32 { f64::from(value as f32) } else { value }
 }
 
+/// A buffer that arrays share.
+#[derive(Debug)]
+struct Shared {
+    data: RefCell<Buffer>,
+    _held: Held,
+}
+
 /// An n-dimensional array, possibly a view into another's buffer.
 #[derive(Clone, Debug)]
 pub struct Array {
-    buffer: Rc<RefCell<Buffer>>,
+    buffer: Rc<Shared>,
     dtype: Dtype,
     shape: Vec<usize>,
     strides: Vec<isize>,
@@ -66,7 +82,9 @@ fn c_strides(shape: &[usize]) -> Vec<isize> {
 impl Array {
     /// An array over `buffer` in C order. The length must be the product of `shape`.
     pub fn new(buffer: Buffer, dtype: Dtype, shape: Vec<usize>) -> Self {
-        Self { buffer: Rc::new(RefCell::new(buffer)), dtype, strides: c_strides(&shape), shape, offset: 0 }
+        let _held = Held::new(buffer.bytes());
+        let buffer = Rc::new(Shared { data: RefCell::new(buffer), _held });
+        Self { buffer, dtype, strides: c_strides(&shape), shape, offset: 0 }
     }
 
     /// Doubles in C order.
@@ -173,7 +191,7 @@ impl Array {
 
     /// The elements in C order, in a buffer of their own.
     pub fn gather(&self) -> Buffer {
-        let buffer = self.buffer.borrow();
+        let buffer = self.buffer.data.borrow();
         if self.is_contiguous() {
             let part = self.offset as usize..self.offset as usize + self.size();
             let part = if part.start == part.end { 0..0 } else { part };
@@ -220,13 +238,13 @@ impl Array {
 
     /// The elements in C order.
     pub fn to_scalars(&self) -> Vec<Scalar> {
-        let buffer = self.buffer.borrow();
+        let buffer = self.buffer.data.borrow();
         self.positions().into_iter().map(|at| buffer.get(at)).collect()
     }
 
     /// The first element, if there is one.
     pub fn first(&self) -> Option<Scalar> {
-        (self.size() > 0).then(|| self.buffer.borrow().get(self.offset as usize))
+        (self.size() > 0).then(|| self.buffer.data.borrow().get(self.offset as usize))
     }
 
     /// A copy with elements of another type.
@@ -320,7 +338,7 @@ impl Array {
 
     /// Writes `values` (one, or one per position) at positions of the buffer.
     pub fn scatter(&self, positions: &[usize], values: &[Scalar]) {
-        let mut buffer = self.buffer.borrow_mut();
+        let mut buffer = self.buffer.data.borrow_mut();
         if let [value] = values {
             positions.iter().for_each(|&at| buffer.set(at, *value, self.dtype));
         } else {
@@ -330,7 +348,7 @@ impl Array {
 
     /// New array of the elements at positions of the buffer.
     pub fn pick(&self, positions: &[usize], shape: Vec<usize>) -> Self {
-        let buffer = match &*self.buffer.borrow() {
+        let buffer = match &*self.buffer.data.borrow() {
             Buffer::Bool(v) => Buffer::Bool(positions.iter().map(|&i| v[i]).collect()),
             Buffer::Int(v) => Buffer::Int(positions.iter().map(|&i| v[i]).collect()),
             Buffer::Float(v) => Buffer::Float(positions.iter().map(|&i| v[i]).collect()),

@@ -21,6 +21,16 @@ pub fn get(budget: &Budget, array: &Array, index: &Value) -> Result<Value, Fault
     Ok(Value::array(array.pick(&positions, shape)))
 }
 
+/// The places in the buffer that an index picks, and their shape.
+pub fn places(budget: &Budget, array: &Array, index: &Value) -> Result<(Vec<usize>, Vec<usize>), Fault> {
+    let plan = Plan::new(budget, array, index)?;
+    if plan.picks.is_empty() {
+        budget.allocate(plan.view.size())?;
+        return Ok((plan.view.positions(), plan.view.shape().to_vec()));
+    }
+    plan.positions(budget)
+}
+
 /// `array[index] = value`.
 pub fn set(budget: &Budget, array: &Array, index: &Value, value: &Value) -> Result<(), Fault> {
     let source = to_array(budget, value, None)?;

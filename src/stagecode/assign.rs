@@ -66,8 +66,9 @@ impl Evaluator {
                 }
                 (Value::List(items), _) if s.op == ruff_python_ast::Operator::Add => {
                     let more = self.collect(value)?;
-                    self.budget.allocate(items.0.borrow().len() + more.len())?;
+                    self.budget.allocate_items(items.0.borrow().len() + more.len())?;
                     items.0.borrow_mut().extend(more);
+                    items.measure();
                     Ok(old)
                 }
                 (Value::Dict(dict), Value::Dict(more)) if s.op == ruff_python_ast::Operator::BitOr => {
@@ -106,6 +107,7 @@ impl Evaluator {
             }
             Expr::Subscript(t) => {
                 let (owner, at) = (self.expr(&t.value, scope)?, self.expr(&t.slice, scope)?);
+                self.budget.charge(owner.extent())?;
                 index::delete(&owner, &at).map_err(|f| Raised::from(f).at(target.range()))
             }
             Expr::Tuple(t) => t.elts.iter().try_for_each(|one| self.delete(one, scope)),

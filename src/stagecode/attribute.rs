@@ -93,6 +93,10 @@ fn of_array(eval: &Evaluator, a: &Array, name: &str) -> Result<Option<Value>, Fa
         "dtype" => Value::Dtype(a.dtype()),
         "T" => Value::Array(a.permute(&(0..a.ndim()).rev().collect::<Vec<_>>())),
         "real" => Value::Array(a.clone()),
+        "imag" => {
+            eval.budget.allocate(a.size())?;
+            Value::Array(Array::floats_as(vec![0.0; a.size()], a.dtype(), a.shape().to_vec()))
+        }
         "flat" => {
             eval.budget.allocate(a.size())?;
             Value::Array(a.reshape(vec![a.size()]))
@@ -109,6 +113,7 @@ fn of_number(n: Scalar, name: &str) -> Option<Value> {
         "size" => Value::int(1),
         "dtype" => Value::Dtype(n.dtype()),
         "real" | "T" => Value::Number(n),
+        "imag" => Value::Number(if n.dtype().is_float() { Scalar::Float(0.0) } else { Scalar::Int(0) }),
         _ => return None,
     })
 }
@@ -145,8 +150,8 @@ pub fn of_module(eval: &Evaluator, module: Module, name: &str) -> Result<Value, 
         Module::Standard(title) => (title, None, Vec::new()),
         Module::Numpy => ("np", numpy::named(name), numpy::names().collect()),
         Module::Linalg => {
-            let table = super::numpy_linalg::LINALG;
-            ("np.linalg", table.iter().find(|r| r.name == name), table.iter().map(|r| r.name).collect())
+            let table = super::numpy_linalg::LINALG.iter().chain(super::numpy_decompose::ROWS);
+            ("np.linalg", table.clone().find(|r| r.name == name), table.map(|r| r.name).collect())
         }
         Module::Random => {
             if let Some(row) = random_table::methods(true).find(|r| r.name == name) {
@@ -207,9 +212,11 @@ fn math_constant(name: &str) -> Option<Value> {
 fn elsewhere(module: Module) -> &'static str {
     match module {
         Module::Numpy => "use other functions of np, or a loop; `--engine python` runs what is beyond these",
-        Module::Linalg => "np.linalg has norm, det, inv, solve, matmul and cross",
+        Module::Linalg => "np.linalg has norm, det, inv, solve, lstsq, pinv, svd, eigh, qr and cholesky",
         Module::Random => "use uniform, normal, exponential, integers, choice, permutation or shuffle",
-        Module::Math | Module::Standard(_) => "write it with the functions of math that are there, or with those of np",
+        Module::Math | Module::Standard(_) => {
+            "write it with the functions of math that are there, or with those of np"
+        }
     }
 }
 
@@ -222,29 +229,18 @@ fn instead_of(module: Module, name: &str) -> Option<&'static str> {
         }
         (Module::Numpy, "fft" | "polynomial" | "ma") => "write the formula with plain arrays",
         (Module::Numpy, "tensordot" | "kron") => "use np.einsum or @",
-        (Module::Numpy, "unravel_index" | "divmod") => "use // and %",
+        (Module::Numpy, "divmod") => "use // and %",
         (Module::Numpy, "modf") => "use a % 1 and np.floor(a)",
-        (Module::Numpy, "cov" | "corrcoef") => "use d = p - p.mean(axis=0) and d.T @ d / (len(p) - 1)",
-        (Module::Numpy, "triu_indices" | "tril_indices" | "diag_indices") => {
-            "use np.nonzero with np.triu, np.tril or np.eye"
-        }
-        (Module::Numpy, "pad" | "block") => "use np.concatenate, np.vstack and np.hstack",
+        (Module::Numpy, "block") => "use np.concatenate, np.vstack and np.hstack",
         (Module::Numpy, "resize") => "use np.tile and a slice",
-        (Module::Numpy, "fromfunction" | "ndindex" | "ndenumerate" | "nditer") => {
-            "use np.indices, or loops over range"
-        }
-        (Module::Numpy, "roots" | "polyfit") => "halve an interval in a loop, or write the formula",
+        (Module::Numpy, "fromfunction" | "nditer") => "use np.indices, or loops over range",
         (Module::Numpy, "rollaxis") => "use np.moveaxis",
-        (Module::Numpy, "histogram" | "histogramdd" | "histogram2d") => "use np.digitize and np.bincount",
-        (Module::Numpy, "piecewise" | "choose" | "heaviside") => "use np.where or np.select",
+        (Module::Numpy, "histogramdd" | "histogram2d") => "use np.digitize and np.bincount",
+        (Module::Numpy, "choose" | "heaviside") => "use np.where or np.select",
         (Module::Numpy, "extract") => "use a[mask]",
         (Module::Numpy, "copyto" | "put" | "putmask" | "place" | "put_along_axis") => "use a[mask] = values",
         (Module::Numpy, "frompyfunc") => "use np.vectorize",
         (Module::Numpy, "errstate") => "leave it out; no warnings are given",
-        (
-            Module::Linalg,
-            "svd" | "eig" | "eigh" | "eigvalsh" | "eigvals" | "qr" | "pinv" | "lstsq" | "cholesky",
-        ) => "np.linalg has norm, det, inv and solve; write the rotation by hand",
         (Module::Random, "SeedSequence" | "MT19937" | "get_state" | "set_state") => {
             "use np.random.default_rng(seed) or np.random.RandomState(seed)"
         }

@@ -85,7 +85,9 @@ const ROWS: &[Row] = &[
     Row::new("isinstance", "obj class", isinstance),
     Row::new("callable", "obj", |c| Ok(Value::bool(matches!(c.get(0)?.type_name(), "function" | "type")))),
     Row::new("type", "obj", |c| Ok(type_of(c.get(0)?))),
-    Row::new("hasattr", "obj name", |c| Ok(Value::bool(attribute::get(c.eval, c.get(0)?, c.text(1)?).is_ok()))),
+    Row::new("hasattr", "obj name", |c| {
+        Ok(Value::bool(attribute::get(c.eval, c.get(0)?, c.text(1)?).is_ok()))
+    }),
     Row::new("getattr", "obj name default?", |c| {
         attribute::get(c.eval, c.get(0)?, c.text(1)?).or_else(|fault| c.get(2).cloned().map_err(|_| fault))
     }),
@@ -118,7 +120,9 @@ pub fn variables(eval: &Evaluator, scope: &Scope) -> Result<Value, Fault> {
     let mut names: Vec<&String> = variables.keys().collect();
     names.sort_unstable();
     let mut dict = Dict::default();
-    names.into_iter().try_for_each(|name| dict.insert(&Value::str(name), variables[name].clone()).map(drop))?;
+    names
+        .into_iter()
+        .try_for_each(|name| dict.insert(&Value::str(name), variables[name].clone()).map(drop))?;
     Ok(Value::dict(dict))
 }
 
@@ -154,6 +158,9 @@ fn len(c: &Call) -> Result<Value, Fault> {
     if matches!(value, Value::Iter(_)) {
         return Err(c.problem("an iterator has no length; make a list of it"));
     }
+    if !matches!(value, Value::Range(..)) && (value.extent() > 0 || value.items().is_some()) {
+        return Ok(Value::count(value.extent()));
+    }
     Steps::of(value)
         .map(|steps| Value::count(steps.remaining()))
         .map_err(|_| c.problem(format!("a {} has no length", value.type_name())))
@@ -177,7 +184,7 @@ fn enumerate(c: &Call) -> Result<Value, Fault> {
 fn zip(c: &Call) -> Result<Value, Fault> {
     let mut all: Vec<Steps> = c.rest.iter().map(Steps::of).collect::<Result<_, _>>()?;
     let count = all.iter().map(Steps::remaining).min().unwrap_or(0);
-    c.eval.budget.allocate(count.saturating_mul(all.len()))?;
+    c.eval.budget.allocate_items(count.saturating_mul(all.len()))?;
     let mut out = Vec::with_capacity(count);
     for _ in 0..count {
         out.push(Value::tuple(all.iter_mut().filter_map(Iterator::next).collect()));
@@ -234,7 +241,7 @@ fn merge_sort<T: Clone>(items: &mut Vec<T>, compare: &mut impl FnMut(&T, &T) -> 
 fn map(c: &Call) -> Result<Value, Raised> {
     let mut all: Vec<Steps> = c.rest.iter().map(Steps::of).collect::<Result<_, _>>()?;
     let count = all.iter().map(Steps::remaining).min().unwrap_or(0);
-    c.eval.budget.allocate(count)?;
+    c.eval.budget.allocate_items(count)?;
     let mut out = Vec::with_capacity(count);
     for _ in 0..count {
         out.push(run(c, c.get(0)?, all.iter_mut().filter_map(Iterator::next).collect())?);
@@ -356,7 +363,9 @@ fn isinstance(c: &Call) -> Result<Value, Fault> {
         Value::Builtin(row) => {
             row.name == value.type_name() || row.name == "int" && value.type_name() == "bool"
         }
-        Value::Exception(class) => matches!(value, Value::Exception(e) if super::exceptions::is_a(&e.0, &class.0)),
+        Value::Exception(class) => {
+            matches!(value, Value::Exception(e) if super::exceptions::is_a(&e.0, &class.0))
+        }
         Value::Dtype(wanted) => value.as_scalar().is_some_and(|n| n.dtype() == *wanted),
         _ => false,
     };

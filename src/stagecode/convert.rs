@@ -145,7 +145,7 @@ pub fn dtype_named(name: &str) -> Option<Dtype> {
 
 /// Nested lists of Python numbers.
 pub fn to_list(budget: &Budget, array: &Array) -> Result<Value, Fault> {
-    budget.allocate(array.size())?;
+    budget.allocate_items(array.size())?;
     if array.ndim() == 0 {
         return Ok(array.first().map_or(Value::None, Value::Number));
     }

@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 
 use super::error::Fault;
+use super::memory::Held;
 use super::scalar::Scalar;
 use super::value::Value;
 
@@ -60,7 +61,11 @@ pub struct Dict {
     pub default: Option<Value>,
     places: HashMap<Key, usize>,
     entries: Vec<(Value, Value)>,
+    held: Held,
 }
+
+/// Bytes of an entry: key and value, the key again to be found by, and its place.
+const ENTRY_BYTES: usize = 2 * size_of::<Value>() + size_of::<Key>() + 32;
 
 impl Dict {
     /// Number of keys.
@@ -82,6 +87,7 @@ impl Dict {
         }
         self.places.insert(hashed, self.entries.len());
         self.entries.push((key.clone(), value));
+        self.held.set(self.entries.len() * ENTRY_BYTES);
         Ok(true)
     }
 
@@ -91,7 +97,9 @@ impl Dict {
         for place in self.places.values_mut() {
             *place -= usize::from(*place > at);
         }
-        Some(self.entries.remove(at).1)
+        let removed = self.entries.remove(at).1;
+        self.held.set(self.entries.len() * ENTRY_BYTES);
+        Some(removed)
     }
 
     /// Keys and values in order.
@@ -102,6 +110,7 @@ impl Dict {
     /// Empties the dict and returns all it held.
     pub fn take_values(&mut self) -> Vec<Value> {
         self.places.clear();
+        self.held.set(0);
         let entries = self.entries.drain(..).flat_map(|(key, value)| [key, value]);
         entries.chain(self.default.take()).collect()
     }

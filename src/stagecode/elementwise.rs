@@ -101,7 +101,9 @@ pub fn binary(budget: &Budget, op: Op, a: &Operand, b: &Operand) -> Result<Array
 pub fn numbers(op: Op, x: Scalar, y: Scalar) -> Result<Scalar, Fault> {
     let floats = x.dtype().is_float() || y.dtype().is_float();
     match op {
-        Op::BitAnd | Op::BitOr | Op::BitXor | Op::ShiftLeft | Op::ShiftRight if floats => Err(Fault::kind(NO_BITS)),
+        Op::BitAnd | Op::BitOr | Op::BitXor | Op::ShiftLeft | Op::ShiftRight if floats => {
+            Err(Fault::kind(NO_BITS))
+        }
         _ if floats || op == Op::Divide => Ok(Scalar::Float64(float_function(op)(x.float(), y.float()))),
         Op::Power if y.int() < 0 => Err(Fault::value(NEGATIVE_POWER)),
         _ => Ok(Scalar::Int64(int_function(op)(x.int(), y.int()))),

@@ -198,13 +198,12 @@ impl Evaluator {
     fn raised(&self, exception: Option<&Expr>, scope: &Rc<Scope>) -> Result<Raised, Raised> {
         let Some(exception) = exception else {
             let again = self.handling.borrow().last().cloned();
-            let none = || self.exception("RuntimeError", Some(&Value::str("there is no exception to raise again")));
+            let none =
+                || self.exception("RuntimeError", Some(&Value::str("there is no exception to raise again")));
             return Ok(again.unwrap_or_else(|| none().into()));
         };
         Ok(match self.expr(exception, scope)? {
-            Value::Exception(e) => {
-                Fault::Raised { exception: e.0.clone(), message: e.1.clone() }.into()
-            }
+            Value::Exception(e) => Fault::Raised { exception: e.0.clone(), message: e.1.clone() }.into(),
             other => return Err(Fault::kind(format!("a {} cannot be raised", other.type_name())).into()),
         })
     }
@@ -228,6 +227,7 @@ impl Evaluator {
 
     fn for_statement(&self, s: &StmtFor, scope: &Rc<Scope>) -> Result<Flow, Raised> {
         let steps = Steps::of(&self.expr(&s.iter, scope)?).map_err(|f| Raised::from(f).at(s.iter.range()))?;
+        self.budget.charge(steps.cloned_items())?;
         for value in steps {
             self.budget.charge(1)?;
             self.assign(&s.target, value, scope)?;
@@ -259,7 +259,7 @@ impl Evaluator {
         let decorators: Vec<Value> =
             s.decorator_list.iter().map(|d| self.expr(&d.expression, scope)).collect::<Result<_, _>>()?;
         // The body is copied; a definition in a loop pays for its length.
-        self.budget.charge(s.range.len().to_usize())?;
+        self.budget.charge(s.range.len().to_usize().saturating_mul(super::expr::TREE_BYTES))?;
         let function = Function {
             name: s.name.to_string(),
             parameters: Some(s.parameters.clone()),

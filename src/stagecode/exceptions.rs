@@ -93,15 +93,15 @@ fn catches(wanted: &Expr, name: &str) -> bool {
 /// Whether an exception of this name is one of the class.
 pub fn is_a(name: &str, class: &str) -> bool {
     match class {
-            // numpy's LinAlgError is a ValueError.
-            "ValueError" => matches!(name, "ValueError" | "LinAlgError"),
-            "Exception" | "BaseException" => true,
-            "ArithmeticError" => {
-                matches!(name, "ArithmeticError" | "ZeroDivisionError" | "OverflowError" | "FloatingPointError")
-            }
-            "ImportError" => matches!(name, "ImportError" | "ModuleNotFoundError"),
-            "RuntimeError" => matches!(name, "RuntimeError" | "NotImplementedError" | "RecursionError"),
-            "LookupError" => matches!(name, "LookupError" | "IndexError" | "KeyError"),
-            other => other == name,
+        // numpy's LinAlgError is a ValueError.
+        "ValueError" => matches!(name, "ValueError" | "LinAlgError"),
+        "Exception" | "BaseException" => true,
+        "ArithmeticError" => {
+            matches!(name, "ArithmeticError" | "ZeroDivisionError" | "OverflowError" | "FloatingPointError")
+        }
+        "ImportError" => matches!(name, "ImportError" | "ModuleNotFoundError"),
+        "RuntimeError" => matches!(name, "RuntimeError" | "NotImplementedError" | "RecursionError"),
+        "LookupError" => matches!(name, "LookupError" | "IndexError" | "KeyError"),
+        other => other == name,
     }
 }

@@ -18,6 +18,9 @@ use super::iterate::Steps;
 use super::value::{Body, Function, Value};
 use super::{attribute, format, index, operators};
 
+/// What a syntax tree takes for a byte of its text, as operations.
+pub(super) const TREE_BYTES: usize = 10;
+
 /// What a comprehension does in its innermost loop.
 type Each<'a> = dyn FnMut(&Evaluator, &Rc<Scope>) -> Result<(), Raised> + 'a;
 
@@ -87,7 +90,7 @@ impl Evaluator {
             match element {
                 Expr::Starred(e) => {
                     items.extend(self.collect(&self.expr(&e.value, scope)?)?);
-                    self.budget.allocate(items.len())?;
+                    self.budget.allocate_items(items.len())?;
                 }
                 _ => items.push(self.expr(element, scope)?),
             }
@@ -159,7 +162,7 @@ impl Evaluator {
     }
 
     fn lambda(&self, e: &ExprLambda, scope: &Rc<Scope>) -> Result<Value, Raised> {
-        self.budget.charge(e.range.len().to_usize())?;
+        self.budget.charge(e.range.len().to_usize().saturating_mul(TREE_BYTES))?;
         let defaults = match &e.parameters {
             Some(parameters) => self.defaults(parameters, scope)?,
             None => Vec::new(),
@@ -183,10 +186,7 @@ impl Evaluator {
     ) -> Result<Vec<Value>, Raised> {
         let mut out = Vec::new();
         self.run_loops(loops, &Scope::of_comprehension(scope), &mut |eval, inner| {
-            eval.budget.charge(1)?;
-            if out.len() >= eval.budget.limits().elements {
-                eval.budget.allocate(usize::MAX)?;
-            }
+            eval.budget.grow(out.len())?;
             out.push(eval.expr(item, inner)?);
             Ok(())
         })?;
@@ -220,6 +220,7 @@ impl Evaluator {
         let Some((first, rest)) = loops.split_first() else { return each(self, scope) };
         let steps =
             Steps::of(&self.expr(&first.iter, scope)?).map_err(|f| Raised::from(f).at(first.iter.range()))?;
+        self.budget.charge(steps.cloned_items())?;
         'items: for value in steps {
             self.budget.charge(1)?;
             self.assign(&first.target, value, scope)?;

@@ -71,7 +71,9 @@ fn write(value: &Value, out: &mut String, depth: usize) {
         Value::Dtype(dtype) => out.push_str(dtype.name()),
         Value::Type(name) => out.push_str(&format!("<class '{name}'>")),
         Value::Builtin(row) if row.name == "ndarray" => out.push_str("<class 'numpy.ndarray'>"),
-        Value::Builtin(row) if CLASSES.contains(&row.name) => out.push_str(&format!("<class '{}'>", row.name)),
+        Value::Builtin(row) if CLASSES.contains(&row.name) => {
+            out.push_str(&format!("<class '{}'>", row.name))
+        }
         Value::Exception(e) if e.1.is_empty() => out.push_str(&format!("<class '{}'>", e.0)),
         Value::Exception(e) => out.push_str(&format!("{}('{}')", e.0, e.1)),
         other => out.push_str(&format!("<{}>", other.type_name())),

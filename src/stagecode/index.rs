@@ -16,11 +16,17 @@ use super::value::{Value, range_len};
 pub fn get(eval: &Evaluator, owner: &Value, at: &Value) -> Result<Value, Fault> {
     match owner {
         Value::Array(a) => array_index::get(&eval.budget, a, at),
+        // `a[()]` and `a[...]` of an array without dimensions.
+        Value::Number(_)
+            if matches!(at, Value::Ellipsis) || matches!(at.items(), Some(none) if none.is_empty()) =>
+        {
+            Ok(owner.clone())
+        }
         Value::List(items) | Value::Tuple(items) => {
             let items = items.0.borrow();
             if let Value::Slice(parts) = at {
                 let picked = slice_positions(parts, items.len())?;
-                eval.budget.allocate(picked.len())?;
+                eval.budget.allocate_items(picked.len())?;
                 let picked = picked.iter().map(|i| items[i].clone()).collect();
                 return Ok(if matches!(owner, Value::List(_)) {
                     Value::list(picked)
@@ -50,7 +56,7 @@ pub fn get(eval: &Evaluator, owner: &Value, at: &Value) -> Result<Value, Fault> 
             match at {
                 Value::Slice(parts) => {
                     let picked = slice_positions(parts, count)?;
-                    eval.budget.allocate(picked.len())?;
+                    eval.budget.allocate_items(picked.len())?;
                     let item = |i: usize| Value::int(start.wrapping_add(step.wrapping_mul(i as i64)));
                     Ok(Value::list(picked.iter().map(item).collect()))
                 }
@@ -113,9 +119,10 @@ fn set_slice(
             "use a numpy array or a loop",
         ));
     }
-    eval.budget.allocate(length + new.len())?;
+    eval.budget.allocate_items(length + new.len())?;
     let start = picked.start.min(length);
     let old: Vec<Value> = items.0.borrow_mut().splice(start..start + picked.len(), new).collect();
+    items.measure();
     drop(old);
     Ok(())
 }
@@ -137,6 +144,7 @@ pub fn delete(owner: &Value, at: &Value) -> Result<(), Fault> {
                 let kept = gone.next_if_eq(&at).is_none();
                 if kept { items.0.borrow_mut().push(item) } else { old.push(item) }
             }
+            items.measure();
             drop(old);
             Ok(())
         }

@@ -40,6 +40,11 @@ impl Steps {
         })
     }
 
+    /// How many items were cloned to go through them.
+    pub fn cloned_items(&self) -> usize {
+        if let Self::Items(items) = self { items.len() } else { 0 }
+    }
+
     /// How many items are left.
     pub fn remaining(&self) -> usize {
         match self {
@@ -81,7 +86,7 @@ impl Evaluator {
     /// All items of a value, charged before they are made.
     pub fn collect(&self, value: &Value) -> Result<Vec<Value>, Fault> {
         let steps = Steps::of(value)?;
-        self.budget.allocate(steps.remaining())?;
+        self.budget.allocate_items(steps.remaining())?;
         Ok(steps.collect())
     }
 }

@@ -1,20 +1,25 @@
 //! What foreign code may use up: [`Limits`] with their defaults, and the [`Budget`] that counts against them.
 //!
 //! Every node that is evaluated and every array element that is made is charged to the budget before the
-//! work is done; the answer is `Ok` or the fault that names the limit. Imports the faults only.
+//! work is done; the answer is `Ok` or the fault that names the limit. Imports faults, and the count of memory.
 
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use super::error::Fault;
+use super::memory;
+use super::value::Value;
 
 /// How much a program may use. The defaults are several hundred times what an ordinary answer needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits {
     /// Evaluated nodes plus array elements (and list items) made, over the whole answer.
     pub operations: u64,
-    /// Elements of one array or list.
+    /// Elements of one array; of a list at most [`LIST_ITEMS`].
     pub elements: usize,
+    /// Bytes that arrays, lists and dicts hold together. An operation on the largest arrays takes about as much
+    /// again while it runs.
+    pub memory_bytes: usize,
     /// Expressions and calls nested in each other while running; a call takes about five.
     pub depth: usize,
     /// Bytes of printed text, and of any one string.
@@ -28,8 +33,9 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            operations: 50_000_000,
-            elements: 4_000_000,
+            operations: 500_000_000,
+            elements: 30_000_000,
+            memory_bytes: 2_000_000_000,
             depth: 1_000,
             output_bytes: 1_000_000,
             source_bytes: 200_000,
@@ -37,6 +43,9 @@ impl Default for Limits {
         }
     }
 }
+
+/// Items of one list: each takes some eighty bytes, ten times what an array takes for an element.
+const LIST_ITEMS: usize = 4_000_000;
 
 /// What has been used so far. Shared by reference; every counter is a `Cell`.
 pub struct Budget {
@@ -79,6 +88,7 @@ impl Budget {
         }
         if used >= self.next_clock_check.get() {
             self.next_clock_check.set(used + CLOCK_INTERVAL);
+            self.check_memory(0)?;
             if self.deadline.is_some_and(|end| Instant::now() > end) {
                 return Err(Fault::limit("seconds of run time", self.limits.seconds.max(0.0) as u64));
             }
@@ -86,12 +96,39 @@ impl Budget {
         Ok(())
     }
 
-    /// Charges an array or list of `count` elements that is about to be made.
+    /// Holds what the values take, and `more` bytes, to the limit.
+    fn check_memory(&self, more: usize) -> Result<(), Fault> {
+        if memory::held().saturating_add(more) > self.limits.memory_bytes {
+            return Err(Fault::limit("bytes of arrays and lists", self.limits.memory_bytes as u64));
+        }
+        Ok(())
+    }
+
+    /// Charges an array of `count` elements that is about to be made.
     pub fn allocate(&self, count: usize) -> Result<(), Fault> {
         if count > self.limits.elements {
             return Err(Fault::limit("elements in one array or list", self.limits.elements as u64));
         }
+        self.check_memory(count.saturating_mul(8))?;
         self.charge(count)
+    }
+
+    /// Charges a list or the like of `count` items that is about to be made.
+    pub fn allocate_items(&self, count: usize) -> Result<(), Fault> {
+        let allowed = self.limits.elements.min(LIST_ITEMS);
+        if count > allowed {
+            return Err(Fault::limit("elements in one array or list", allowed as u64));
+        }
+        self.check_memory(count.saturating_mul(size_of::<Value>()))?;
+        self.charge(count)
+    }
+
+    /// Charges one more item of a list that holds `count`.
+    pub fn grow(&self, count: usize) -> Result<(), Fault> {
+        if count >= self.limits.elements.min(LIST_ITEMS) {
+            return self.allocate_items(usize::MAX);
+        }
+        self.charge(1)
     }
 
     /// The number of elements of an array of this shape, charged. An axis of length zero does not make the
@@ -107,13 +144,16 @@ impl Budget {
         if bytes > self.limits.output_bytes {
             return Err(Fault::limit("bytes of text", self.limits.output_bytes as u64));
         }
-        self.charge(1 + bytes / 8)
+        self.charge(1 + bytes)
     }
 
     /// Counts `bytes` of printed text.
     pub fn print(&self, bytes: usize) -> Result<(), Fault> {
         self.printed.set(self.printed.get().saturating_add(bytes));
-        self.text(self.printed.get())
+        if self.printed.get() > self.limits.output_bytes {
+            return self.text(usize::MAX);
+        }
+        self.charge(1 + bytes)
     }
 
     /// Goes one level deeper; the caller comes back up with [`Budget::leave`].

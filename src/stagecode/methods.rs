@@ -46,7 +46,7 @@ const SHARED: &[&str] = &[
 
 /// Methods that only arrays (and numbers taken from them) have.
 const ARRAY: &[Row] = &[
-    Row::new("astype", "self dtype copy?", |c| {
+    Row::new("astype", "self dtype order? casting? subok? copy?", |c| {
         let a = c.array(0)?;
         c.eval.budget.allocate(a.size())?;
         Ok(Value::array(a.cast(c.dtype(1)?.unwrap_or(Dtype::F64))))
@@ -70,33 +70,35 @@ const ARRAY: &[Row] = &[
 const LIST: &[Row] = &[
     Row::new("append", "self item", |c| {
         let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };
-        c.eval.budget.charge(1)?;
-        if items.0.borrow().len() >= c.eval.budget.limits().elements {
-            c.eval.budget.allocate(usize::MAX)?;
-        }
+        c.eval.budget.grow(items.0.borrow().len())?;
         items.0.borrow_mut().push(c.get(1)?.clone());
+        items.measure();
         Ok(Value::None)
     }),
     Row::new("extend", "self items", |c| {
         let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };
         let more = c.sequence(1)?;
-        c.eval.budget.allocate(items.0.borrow().len().saturating_add(more.len()))?;
+        c.eval.budget.allocate_items(items.0.borrow().len().saturating_add(more.len()))?;
         items.0.borrow_mut().extend(more);
+        items.measure();
         Ok(Value::None)
     }),
     Row::new("insert", "self at item", |c| {
         let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };
         let n = items.0.borrow().len() as i64;
-        c.eval.budget.allocate(n as usize + 1)?;
+        c.eval.budget.allocate_items(n as usize + 1)?;
         let at = c.int(1)?;
         let at = if at < 0 { at.saturating_add(n) } else { at }.clamp(0, n);
         items.0.borrow_mut().insert(at as usize, c.get(2)?.clone());
+        items.measure();
         Ok(Value::None)
     }),
     Row::new("pop", "self at?", |c| {
         let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };
         let at = super::index::position(&Value::int(c.int_or(1, -1)?), items.0.borrow().len(), "list")?;
+        c.eval.budget.charge(items.0.borrow().len() - at)?;
         let item = items.0.borrow_mut().remove(at);
+        items.measure();
         Ok(item)
     }),
     Row::new("remove", "self item", |c| {
@@ -106,6 +108,7 @@ const LIST: &[Row] = &[
         for (at, item) in all.iter().enumerate() {
             if operators::equal(&c.eval.budget, item, c.get(1)?, 0)? {
                 items.0.borrow_mut().remove(at);
+                items.measure();
                 return Ok(Value::None);
             }
         }
@@ -114,6 +117,7 @@ const LIST: &[Row] = &[
     Row::new("clear", "self", |c| {
         let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list")) };
         let old = std::mem::take(&mut *items.0.borrow_mut());
+        items.measure();
         drop(old);
         Ok(Value::None)
     }),
@@ -127,6 +131,7 @@ const LIST: &[Row] = &[
         let Value::List(items) = c.get(0)? else { return Err(c.problem("takes a list").into()) };
         let sorted = builtins::sort(c, c.sequence(0)?, 1, 2)?;
         let old = std::mem::replace(&mut *items.0.borrow_mut(), sorted);
+        items.measure();
         drop(old);
         Ok(Value::None)
     }),
@@ -160,7 +165,9 @@ const TEXT: &[Row] = &[
     Row::new("rstrip", "self chars?", |c| stripped(c, false, true)),
     Row::new("ljust", "self width fillchar?", |c| padded(c, |_, _| 0)),
     Row::new("rjust", "self width fillchar?", |c| padded(c, |missing, _| missing)),
-    Row::new("center", "self width fillchar?", |c| padded(c, |missing, width| missing / 2 + (missing & width & 1))),
+    Row::new("center", "self width fillchar?", |c| {
+        padded(c, |missing, width| missing / 2 + (missing & width & 1))
+    }),
     Row::new("zfill", "self width", |c| {
         let (s, width) = (c.text(0)?, c.count(1)?);
         c.eval.budget.text(s.len().max(width))?;

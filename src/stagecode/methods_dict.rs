@@ -27,6 +27,7 @@ pub const DICT: &[Row] = &[
         Ok(value)
     }),
     Row::new("pop", "self key default?", |c| {
+        c.eval.budget.charge(c.get(0)?.extent())?;
         let found = table(c)?.0.borrow_mut().remove(&Key::of(c.get(1)?)?);
         found
             .or_else(|| c.get(2).ok().cloned())
@@ -39,21 +40,21 @@ pub const DICT: &[Row] = &[
             Some(_) => return Err(c.problem("takes a dict")),
         };
         entries.extend(c.named.iter().map(|(k, v)| (Value::str(k.clone()), v.clone())));
-        c.eval.budget.allocate(entries.len())?;
+        c.eval.budget.allocate_items(entries.len())?;
         entries.into_iter().try_for_each(|(k, v)| table(c)?.0.borrow_mut().insert(&k, v).map(drop))?;
         Ok(Value::None)
     }),
     Row::new("clear", "self", clear),
     Row::new("most_common", "self n?", |c| {
         let mut entries = table(c)?.0.borrow().entries().to_vec();
-        c.eval.budget.allocate(entries.len())?;
+        c.eval.budget.allocate_items(entries.len())?;
         entries.sort_by_key(|(_, count)| std::cmp::Reverse(count.as_int()));
         entries.truncate(if c.opt(1).is_some() { c.count(1)? } else { usize::MAX });
         Ok(Value::list(entries.into_iter().map(|(k, v)| Value::tuple(vec![k, v])).collect()))
     }),
     Row::new("copy", "self", |c| {
         let entries = table(c)?.0.borrow().entries().to_vec();
-        c.eval.budget.allocate(entries.len())?;
+        c.eval.budget.allocate_items(entries.len())?;
         made(entries).map(Value::dict)
     }),
 ];
@@ -66,8 +67,10 @@ pub const SET: &[Row] = &[
         Ok(Value::None)
     }),
     Row::new("remove", "self item", |c| {
+        c.eval.budget.charge(c.get(0)?.extent())?;
         let old = table(c)?.0.borrow_mut().remove(&Key::of(c.get(1)?)?);
-        old.map(|_| Value::None).ok_or_else(|| Fault::Key(super::format::repr(c.get(1).unwrap_or(&Value::None))))
+        old.map(|_| Value::None)
+            .ok_or_else(|| Fault::Key(super::format::repr(c.get(1).unwrap_or(&Value::None))))
     }),
     Row::new("update", "self *others", |c| {
         for other in &c.rest {
@@ -84,10 +87,9 @@ pub const SET: &[Row] = &[
     Row::new("isdisjoint", "self other", |c| {
         set_operation(c, ruff_python_ast::Operator::BitAnd)?.truth().map(|shared| Value::bool(!shared))
     }),
-    Row::new("symmetric_difference", "self other", |c| {
-        set_operation(c, ruff_python_ast::Operator::BitXor)
-    }),
+    Row::new("symmetric_difference", "self other", |c| set_operation(c, ruff_python_ast::Operator::BitXor)),
     Row::new("discard", "self item", |c| {
+        c.eval.budget.charge(c.get(0)?.extent())?;
         let old = table(c)?.0.borrow_mut().remove(&Key::of(c.get(1)?)?);
         drop(old);
         Ok(Value::None)
@@ -114,7 +116,7 @@ pub fn made(entries: Vec<(Value, Value)>) -> Result<Dict, Fault> {
 /// Keys, values or both as a list, in order.
 fn parts(c: &Call, f: fn(&Value, &Value) -> Value) -> Result<Value, Fault> {
     let table = table(c)?.0.borrow();
-    c.eval.budget.allocate(table.len())?;
+    c.eval.budget.allocate_items(table.len())?;
     Ok(Value::list(table.entries().iter().map(|(k, v)| f(k, v)).collect()))
 }
 
@@ -155,6 +157,6 @@ pub fn pairs(c: &Call, at: usize) -> Result<Vec<(Value, Value)>, Fault> {
             .collect::<Result<_, _>>()?,
     };
     entries.extend(c.named.iter().map(|(k, v)| (Value::str(k.clone()), v.clone())));
-    c.eval.budget.allocate(entries.len())?;
+    c.eval.budget.allocate_items(entries.len())?;
     Ok(entries)
 }

@@ -8,7 +8,7 @@
 //!
 //! | looking for | open |
 //! |---|---|
-//! | what may be used up | `limits.rs` |
+//! | what may be used up | `limits.rs`, `memory.rs` |
 //! | statements, expressions, calls | `eval.rs`, `expr.rs`, `assign.rs`, `calls.rs` |
 //! | numbers, arrays and their indexing | `scalar.rs`, `array.rs`, `array_index.rs`, `elementwise.rs` |
 //! | the table of numpy functions | `numpy.rs` and `numpy_*.rs` |
@@ -38,17 +38,20 @@ mod index;
 mod iterate;
 mod limits;
 mod math_module;
+mod memory;
 mod methods;
 mod methods_dict;
 mod nearest;
 mod numpy;
 mod numpy_create;
+mod numpy_decompose;
 mod numpy_grid;
 mod numpy_join;
 mod numpy_linalg;
 mod numpy_logic;
 mod numpy_place;
 mod numpy_reduce;
+mod numpy_series;
 mod numpy_shape;
 mod numpy_sort;
 mod operators;

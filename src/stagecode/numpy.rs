@@ -9,8 +9,8 @@ use std::sync::LazyLock;
 use super::args::Row;
 use super::elementwise::Op;
 use super::{
-    numpy_create, numpy_grid, numpy_join, numpy_linalg, numpy_logic, numpy_place, numpy_reduce, numpy_shape,
-    numpy_sort,
+    numpy_create, numpy_grid, numpy_join, numpy_linalg, numpy_logic, numpy_place, numpy_reduce, numpy_series,
+    numpy_shape, numpy_sort,
 };
 
 /// Functions that work on every element, and on every pair of elements.
@@ -98,6 +98,7 @@ const TABLES: &[&[Row]] = &[
     numpy_logic::ROWS,
     numpy_sort::ROWS,
     numpy_place::ROWS,
+    numpy_series::ROWS,
     numpy_linalg::ROWS,
 ];
 

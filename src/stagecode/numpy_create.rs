@@ -12,15 +12,15 @@ use super::value::{Value, range_len};
 
 /// The rows of this area.
 pub const ROWS: &[Row] = &[
-    Row::new("array", "object dtype? copy? ndmin?", array),
-    Row::new("asarray", "a dtype?", asarray),
-    Row::new("asanyarray", "a dtype?", asarray),
+    Row::new("array", "object dtype? copy? ndmin? order? subok?", array),
+    Row::new("asarray", "a dtype? order? copy?", asarray),
+    Row::new("asanyarray", "a dtype? order?", asarray),
     Row::new("ascontiguousarray", "a dtype?", asarray),
-    Row::new("copy", "a", copy),
+    Row::new("copy", "a order?", copy),
     Row::new("zeros", "shape dtype? order?", |c| filled(c, Scalar::Float(0.0), 1)),
     Row::new("ones", "shape dtype? order?", |c| filled(c, Scalar::Float(1.0), 1)),
     Row::new("empty", "shape dtype? order?", |c| filled(c, Scalar::Float(0.0), 1)),
-    Row::new("full", "shape fill_value dtype?", full),
+    Row::new("full", "shape fill_value dtype? order?", full),
     Row::new("zeros_like", "a dtype? shape?", |c| like(c, Scalar::Int(0))),
     Row::new("ones_like", "a dtype? shape?", |c| like(c, Scalar::Int(1))),
     Row::new("empty_like", "a dtype? shape?", |c| like(c, Scalar::Int(0))),
@@ -43,7 +43,9 @@ pub const ROWS: &[Row] = &[
         let all = (0..rows).flat_map(|i| (0..columns).map(move |j| one(i, j))).collect();
         Ok(Value::Array(Array::floats_as(all, c.dtype(3)?.unwrap_or(Dtype::F64), vec![rows, columns])))
     }),
-    Row::new("fromiter", "iter dtype?", array),
+    Row::new("fromiter", "iter dtype? count?", |c| {
+        Ok(Value::Array(convert::to_array(&c.eval.budget, c.get(0)?, c.dtype(1)?)?))
+    }),
     Row::new("ndarray", "*args", |_| {
         Err(Fault::unsupported("making an ndarray by its class", "use np.array, np.zeros or np.empty"))
     }),
@@ -220,6 +222,7 @@ fn diag(c: &Call) -> Result<Value, Fault> {
     let (a, k) = (c.array(0)?, c.int_or(1, 0)?);
     let offset = usize::try_from(k.unsigned_abs()).unwrap_or(usize::MAX);
     let (down, right) = if k < 0 { (offset, 0) } else { (0, offset) };
+    c.eval.budget.charge(a.size())?;
     let all = a.to_floats();
     match *a.shape() {
         [n] => {

@@ -15,7 +15,7 @@ use super::value::{Indexer, Value};
 
 /// The rows of this area.
 pub const ROWS: &[Row] = &[
-    Row::new("meshgrid", "*xi indexing? sparse?", meshgrid),
+    Row::new("meshgrid", "*xi indexing? sparse? copy?", meshgrid),
     Row::new("indices", "dimensions", indices),
     Row::new("ix_", "*args", ix),
     Row::new("broadcast_arrays", "*args", broadcast_arrays),

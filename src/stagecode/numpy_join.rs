@@ -29,6 +29,7 @@ pub const ROWS: &[Row] = &[
     Row::new("hsplit", "ary indices_or_sections", |c| split(c, 1)),
     Row::new("delete", "arr obj axis?", delete),
     Row::new("insert", "arr obj values axis?", insert),
+    Row::new("pad", "array pad_width mode? constant_values?", pad),
 ];
 
 /// The argument as a list of arrays.
@@ -242,12 +243,13 @@ fn delete(c: &Call) -> Result<Value, Fault> {
     let (a, axis) = with_axis(c, 2)?;
     let n = a.shape()[axis];
     c.eval.budget.allocate(n)?;
-    let gone = c.array(1)?;
     let mut keep = vec![true; n];
-    if gone.dtype() == Dtype::Bool {
-        keep.iter_mut().zip(gone.to_bools()).for_each(|(k, g)| *k = !g);
+    if let Value::Slice(parts) = c.get(1)? {
+        super::index::slice_positions(parts, n)?.iter().for_each(|i| keep[i] = false);
+    } else if c.array(1)?.dtype() == Dtype::Bool {
+        keep.iter_mut().zip(c.array(1)?.to_bools()).for_each(|(k, g)| *k = !g);
     } else {
-        for i in gone.to_ints() {
+        for i in c.array(1)?.to_ints() {
             keep[super::index::position(&Value::int(i), n, "axis")?] = false;
         }
     }
@@ -261,16 +263,86 @@ fn delete(c: &Call) -> Result<Value, Fault> {
 fn insert(c: &Call) -> Result<Value, Fault> {
     let (a, axis) = with_axis(c, 3)?;
     let n = a.shape()[axis];
-    let at = super::index::position(&Value::int(c.int(1)?), n + 1, "axis")?;
-    let mut shape = a.shape().to_vec();
-    shape[axis] = 1;
-    let values = c.array(2)?;
-    let fitted = if a.ndim() == 1 {
-        values.reshape(vec![values.size()])
-    } else {
-        c.eval.budget.allocate_shape(&shape)?;
-        values.broadcast(&shape)?
+    // Counted from the back, the last place is that in front of the last element.
+    let at = |i: i64| {
+        let i = if i < 0 { i.saturating_add(n as i64) } else { i };
+        super::index::position(&Value::int(if i < 0 { i64::MAX } else { i }), n + 1, "axis")
     };
-    let parts = [a.slice(axis, 0, 1, at), fitted.cast(a.dtype()), a.slice(axis, at, 1, n - at)];
+    let mut values = raised(&c.array(2)?, a.ndim());
+    let places = match c.get(1)? {
+        Value::Number(_) => {
+            // The values stand along their first axis, however many they are.
+            let mut order: Vec<usize> = (1..values.ndim()).collect();
+            order.insert(axis.min(order.len()), 0);
+            values = values.permute(&order);
+            vec![at(c.int(1)?)?; values.shape()[axis]]
+        }
+        _ => c.array(1)?.to_ints().into_iter().map(at).collect::<Result<_, _>>()?,
+    };
+    let mut shape = a.shape().to_vec();
+    shape[axis] = places.len();
+    c.eval.budget.allocate_shape(&shape)?;
+    let values = values.broadcast(&shape)?.cast(a.dtype());
+    let mut order: Vec<usize> = (0..places.len()).collect();
+    order.sort_by_key(|&k| places[k]);
+    let (mut parts, mut from) = (Vec::new(), 0);
+    for k in order {
+        parts.push(a.slice(axis, from, 1, places[k] - from));
+        parts.push(values.slice(axis, k, 1, 1));
+        from = places[k];
+    }
+    parts.push(a.slice(axis, from, 1, n - from));
     join(&c.eval.budget, &parts, axis).map(Value::Array)
+}
+
+/// An array with a margin along each axis: of one number, or of the array's own elements.
+fn pad(c: &Call) -> Result<Value, Fault> {
+    let mut a = c.array(0)?;
+    let widths = c.array(1)?.broadcast(&[a.ndim(), 2])?.to_ints();
+    let mode = if c.opt(2).is_some() { c.text(2)? } else { "constant" };
+    let fill = if c.opt(3).is_some() { c.array(3)? } else { Array::ints(vec![0], Vec::new()) };
+    let fill = fill.cast(a.dtype()).broadcast(&[a.ndim(), 2])?;
+    for axis in 0..a.ndim() {
+        let n = a.shape()[axis] as i64;
+        let (before, after) = (widths[2 * axis], widths[2 * axis + 1]);
+        if before < 0 || after < 0 {
+            return Err(c.problem("the widths must not be negative"));
+        }
+        let mut shape = a.shape().to_vec();
+        shape[axis] = usize::try_from(n.saturating_add(before).saturating_add(after)).unwrap_or(usize::MAX);
+        c.eval.budget.allocate_shape(&shape)?;
+        if mode == "constant" {
+            let margin = |width: i64, side: usize| {
+                let mut shape = a.shape().to_vec();
+                shape[axis] = width as usize;
+                fill.select(0, axis).select(0, side).broadcast(&shape)
+            };
+            a = join(&c.eval.budget, &[margin(before, 0)?, a.clone(), margin(after, 1)?], axis)?;
+            continue;
+        }
+        if n == 0 {
+            return Err(c.problem("an axis without elements can only be padded with a constant"));
+        }
+        let turned = |i: i64, period: i64| {
+            let i = i.rem_euclid(period.max(1));
+            if i < n { i } else { period - i }
+        };
+        let source = |i: i64| match mode {
+            "edge" => Some(i.clamp(0, n - 1)),
+            "wrap" => Some(i.rem_euclid(n)),
+            "reflect" => Some(turned(i, 2 * (n - 1))),
+            "symmetric" => Some({
+                let i = i.rem_euclid(2 * n);
+                if i < n { i } else { 2 * n - 1 - i }
+            }),
+            _ => None,
+        };
+        let all: Option<Vec<i64>> = (-before..n + after).map(source).collect();
+        let all =
+            all.ok_or_else(|| c.problem("`mode` must be constant, edge, wrap, reflect or symmetric"))?;
+        let length = all.len();
+        let index = Value::Array(Array::ints(all, vec![length]));
+        a = convert::to_array(&c.eval.budget, &super::numpy_place::along(c, &a, axis, &index)?, None)?;
+    }
+    Ok(Value::array(a))
 }

@@ -21,6 +21,7 @@ pub const ROWS: &[Row] = &[
     Row::new("outer", "a b", outer),
     Row::new("cross", "a b axis?", cross),
     Row::new("trace", "a", trace),
+    Row::new("kron", "a b", kron),
     Row::new("einsum", "subscripts *operands", super::einsum::einsum),
 ];
 
@@ -114,27 +115,63 @@ fn outer(c: &Call) -> Result<Value, Fault> {
 }
 
 fn cross(c: &Call) -> Result<Value, Fault> {
-    let (a, b) = (c.array(0)?, c.array(1)?);
-    let shape = broadcast_shapes(a.shape(), b.shape())?;
-    let last = normalize_axis(c.int_or(2, -1)?, shape.len())? + 1 == shape.len();
-    if shape.last() != Some(&3) || !last {
-        return Err(c.problem("takes vectors of three numbers along the last axis"));
+    let (mut a, mut b) = (c.array(0)?, c.array(1)?);
+    if a.ndim() == 0 || b.ndim() == 0 {
+        return Err(c.problem("takes vectors of two or three numbers"));
     }
+    // The vectors go along the last axis of both.
+    for side in [&mut a, &mut b] {
+        let axis = normalize_axis(c.int_or(2, -1)?, side.ndim())?;
+        let order: Vec<usize> = (0..side.ndim()).filter(|&x| x != axis).chain([axis]).collect();
+        *side = side.permute(&order);
+    }
+    let lengths = (a.shape()[a.ndim() - 1], b.shape()[b.ndim() - 1]);
+    if !matches!(lengths, (2 | 3, 2 | 3)) {
+        return Err(c.problem("takes vectors of two or three numbers"));
+    }
+    let stack = broadcast_shapes(&a.shape()[..a.ndim() - 1], &b.shape()[..b.ndim() - 1])?;
+    let shape = [&stack[..], &[3]].concat();
     c.eval.budget.allocate_shape(&shape)?;
-    let (x, y) = (a.broadcast(&shape)?.to_floats(), b.broadcast(&shape)?.to_floats());
-    let product = |(u, v): (&[f64], &[f64])| {
-        [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+    let side = |a: &Array, n: usize| -> Result<Vec<f64>, Fault> {
+        Ok(a.broadcast(&[&stack[..], &[n]].concat())?.to_floats())
     };
-    let all = x.chunks_exact(3).zip(y.chunks_exact(3)).flat_map(product).collect();
-    Ok(Value::Array(Array::floats_as(all, a.dtype().promote(b.dtype()), shape)))
+    let (x, y) = (side(&a, lengths.0)?, side(&b, lengths.1)?);
+    let dtype = a.dtype().promote(b.dtype());
+    let pairs = x.chunks_exact(lengths.0).zip(y.chunks_exact(lengths.1));
+    if lengths == (2, 2) {
+        let all = pairs.map(|(u, v)| u[0] * v[1] - u[1] * v[0]).collect();
+        return Ok(Value::array(Array::floats_as(all, dtype, stack)));
+    }
+    let third = |u: &[f64]| u.get(2).copied().unwrap_or(0.0);
+    let product = |(u, v): (&[f64], &[f64])| {
+        let (w, z) = (third(u), third(v));
+        [u[1] * z - w * v[1], w * v[0] - u[0] * z, u[0] * v[1] - u[1] * v[0]]
+    };
+    let made = Array::floats_as(pairs.flat_map(product).collect(), dtype, shape);
+    let axis = normalize_axis(c.int_or(2, -1)?, made.ndim())?;
+    let mut back: Vec<usize> = (0..made.ndim() - 1).collect();
+    back.insert(axis, made.ndim() - 1);
+    Ok(Value::Array(made.permute(&back)))
 }
 
 fn trace(c: &Call) -> Result<Value, Fault> {
     let a = c.array(0)?;
     let [rows, columns] = *a.shape() else { return Err(c.problem("takes a matrix")) };
+    c.eval.budget.charge(a.size())?;
     let all = a.to_floats();
     let diagonal = (0..rows.min(columns)).map(|i| all[i * columns + i]).sum();
     Ok(Value::array(Array::floats_as(vec![diagonal], a.dtype(), Vec::new())))
+}
+
+/// Every element of one matrix times the whole of the other.
+fn kron(c: &Call) -> Result<Value, Fault> {
+    let (a, b) = (c.array(0)?, c.array(1)?);
+    let ([n, m], [p, q]) = (a.shape(), b.shape()) else { return Err(c.problem("takes two matrices")) };
+    let shape = vec![n.saturating_mul(*p), m.saturating_mul(*q)];
+    c.eval.budget.allocate_shape(&shape)?;
+    let (x, y) = (a.reshape(vec![*n, 1, *m, 1]), b.reshape(vec![1, *p, 1, *q]));
+    let made = binary_values(&c.eval.budget, Op::Multiply, &Value::Array(x), &Value::Array(y))?;
+    Ok(Value::array(to_array(&c.eval.budget, &made, None)?.reshape(shape)))
 }
 
 fn norm(c: &Call) -> Result<Value, Fault> {

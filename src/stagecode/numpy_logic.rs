@@ -15,41 +15,44 @@ use super::value::Value;
 pub const ROWS: &[Row] = &[
     Row::new("where", "condition x? y?", choose),
     Row::new("select", "condlist choicelist default?", select),
-    Row::new("clip", "a a_min? a_max? min? max?", clip),
-    Row::new("isnan", "x", |c| test(c, f64::is_nan)),
-    Row::new("isfinite", "x", |c| test(c, f64::is_finite)),
-    Row::new("isinf", "x", |c| test(c, f64::is_infinite)),
-    Row::new("signbit", "x", |c| test(c, f64::is_sign_negative)),
-    Row::new("logical_not", "x", |c| test(c, |x| x == 0.0)),
-    Row::new("invert", "x", |c| elementwise::invert(&c.eval.budget, &c.array(0)?).map(Value::array)),
-    Row::new("bitwise_not", "x", |c| elementwise::invert(&c.eval.budget, &c.array(0)?).map(Value::array)),
-    Row::new("isclose", "a b rtol? atol?", isclose),
-    Row::new("allclose", "a b rtol? atol?", allclose),
+    Row::new("clip", "a a_min? a_max? out? where? dtype? min? max?", clip),
+    Row::each("isnan", |c| test(c, f64::is_nan)),
+    Row::each("isfinite", |c| test(c, f64::is_finite)),
+    Row::each("isinf", |c| test(c, f64::is_infinite)),
+    Row::each("signbit", |c| test(c, f64::is_sign_negative)),
+    Row::each("logical_not", |c| test(c, |x| x == 0.0)),
+    Row::each("invert", |c| elementwise::invert(&c.eval.budget, &c.array(0)?).map(Value::array)),
+    Row::each("bitwise_not", |c| elementwise::invert(&c.eval.budget, &c.array(0)?).map(Value::array)),
+    Row::new("isclose", "a b rtol? atol? equal_nan?", isclose),
+    Row::new("allclose", "a b rtol? atol? equal_nan?", allclose),
     Row::new("array_equal", "a1 a2", array_equal),
-    Row::new("abs", "x", |c| elementwise::absolute(&c.eval.budget, &c.array(0)?).map(Value::array)),
-    Row::new("absolute", "x", |c| elementwise::absolute(&c.eval.budget, &c.array(0)?).map(Value::array)),
-    Row::new("negative", "x", |c| elementwise::negate(&c.eval.budget, &c.array(0)?).map(Value::array)),
-    Row::new("positive", "x", |c| c.array(0).map(Value::array)),
-    Row::new("square", "x", |c| binary_values(&c.eval.budget, Op::Multiply, c.get(0)?, c.get(0)?)),
-    Row::new("sign", "x", |c| keep(c, |x| if x == 0.0 || x.is_nan() { x } else { x.signum() }, i64::signum)),
-    Row::new("floor", "x", |c| keep_ints(&c.eval.budget, c.get(0)?, f64::floor)),
-    Row::new("ceil", "x", |c| keep_ints(&c.eval.budget, c.get(0)?, f64::ceil)),
-    Row::new("trunc", "x", |c| keep_ints(&c.eval.budget, c.get(0)?, f64::trunc)),
-    Row::new("fix", "x", |c| keep_ints(&c.eval.budget, c.get(0)?, f64::trunc)),
-    Row::new("rint", "x", |c| keep_ints(&c.eval.budget, c.get(0)?, f64::round_ties_even)),
-    Row::new("round", "a decimals?", round),
-    Row::new("around", "a decimals?", round),
-    Row::new("nan_to_num", "x nan?", nan_to_num),
+    Row::each("abs", |c| elementwise::absolute(&c.eval.budget, &c.array(0)?).map(Value::array)),
+    Row::each("absolute", |c| elementwise::absolute(&c.eval.budget, &c.array(0)?).map(Value::array)),
+    Row::each("negative", |c| elementwise::negate(&c.eval.budget, &c.array(0)?).map(Value::array)),
+    Row::each("positive", |c| c.array(0).map(Value::array)),
+    Row::each("square", |c| binary_values(&c.eval.budget, Op::Multiply, c.get(0)?, c.get(0)?)),
+    Row::each("sign", |c| keep(c, |x| if x == 0.0 || x.is_nan() { x } else { x.signum() }, i64::signum)),
+    Row::each("floor", |c| keep_ints(&c.eval.budget, c.get(0)?, f64::floor)),
+    Row::each("ceil", |c| keep_ints(&c.eval.budget, c.get(0)?, f64::ceil)),
+    Row::each("trunc", |c| keep_ints(&c.eval.budget, c.get(0)?, f64::trunc)),
+    Row::each("fix", |c| keep_ints(&c.eval.budget, c.get(0)?, f64::trunc)),
+    Row::each("rint", |c| keep_ints(&c.eval.budget, c.get(0)?, f64::round_ties_even)),
+    Row::new("round", "a decimals? out?", |c| super::ufunc::put(c, round(c)?, 2)),
+    Row::new("around", "a decimals? out?", |c| super::ufunc::put(c, round(c)?, 2)),
+    Row::new("nan_to_num", "x copy? nan? posinf? neginf?", nan_to_num),
     Row::new("nonzero", "a", |c| Ok(Value::tuple(places(c)?.into_iter().map(Value::Array).collect()))),
     Row::new("flatnonzero", "a", flatnonzero),
     Row::new("argwhere", "a", argwhere),
     Row::new("isscalar", "element", |c| {
         Ok(Value::bool(matches!(c.get(0)?, Value::Number(_) | Value::Str(_))))
     }),
-    Row::new("interp", "x xp fp", interp),
-    Row::new("vectorize", "pyfunc", |c| {
+    Row::new("interp", "x xp fp left? right? period?", interp),
+    Row::new("vectorize", "pyfunc otypes? doc? excluded? cache?", |c| {
         Ok(Value::Method(std::rc::Rc::new((c.get(0)?.clone(), &VECTORIZED))))
     }),
+    Row::back("piecewise", "x condlist funclist", piecewise),
+    Row::each("isreal", |c| test(c, |_| true)),
+    Row::each("real", |c| c.array(0).map(Value::array)),
     Row::back("apply_along_axis", "func1d axis arr", apply_along_axis),
 ];
 
@@ -97,13 +100,13 @@ fn select(c: &Call) -> Result<Value, Fault> {
 
 fn clip(c: &Call) -> Result<Value, Fault> {
     let mut value = Value::array(c.array(0)?);
-    if let Some(low) = c.opt(1).or(c.opt(3)) {
+    if let Some(low) = c.opt(1).or(c.opt(6)) {
         value = binary_values(&c.eval.budget, Op::Maximum, &value, low)?;
     }
-    if let Some(high) = c.opt(2).or(c.opt(4)) {
+    if let Some(high) = c.opt(2).or(c.opt(7)) {
         value = binary_values(&c.eval.budget, Op::Minimum, &value, high)?;
     }
-    Ok(value)
+    super::ufunc::put(c, value, 3)
 }
 
 fn test(c: &Call, f: fn(f64) -> bool) -> Result<Value, Fault> {
@@ -130,7 +133,10 @@ fn close(c: &Call) -> Result<Array, Fault> {
     let shape = broadcast_shapes(a.shape(), b.shape())?;
     c.eval.budget.allocate_shape(&shape)?;
     let (a, b) = (a.broadcast(&shape)?.to_floats(), b.broadcast(&shape)?.to_floats());
-    let near = |(x, y): (f64, f64)| x == y || (x - y).abs() <= atol + rtol * y.abs();
+    let nan = c.flag(4, false)?;
+    let near = |(x, y): (f64, f64)| {
+        x == y || nan && x.is_nan() && y.is_nan() || (x - y).abs() <= atol + rtol * y.abs()
+    };
     Ok(Array::bools(a.into_iter().zip(b).map(near).collect(), shape))
 }
 
@@ -169,8 +175,13 @@ fn round(c: &Call) -> Result<Value, Fault> {
 }
 
 fn nan_to_num(c: &Call) -> Result<Value, Fault> {
-    let instead = c.float_or(1, 0.0)?;
-    let finite = move |x: f64| if x.is_nan() { instead } else { x.clamp(f64::MIN, f64::MAX) };
+    let (nan, high, low) = (c.float_or(2, 0.0)?, c.float_or(3, f64::MAX)?, c.float_or(4, f64::MIN)?);
+    let finite = move |x: f64| match x {
+        f64::INFINITY => high,
+        f64::NEG_INFINITY => low,
+        x if x.is_nan() => nan,
+        x => x,
+    };
     keep_ints(&c.eval.budget, c.get(0)?, finite)
 }
 
@@ -195,14 +206,20 @@ fn interp(c: &Call) -> Result<Value, Fault> {
     if xp.is_empty() || xp.len() != fp.len() {
         return Err(c.problem("`xp` and `fp` must have the same length and not be empty"));
     }
+    if c.opt(5).is_some() {
+        return Err(
+            c.problem("`period` is not supported; take x % period, and repeat the first point at the end")
+        );
+    }
     c.eval.budget.allocate(x.size())?;
     let last = xp.len() - 1;
+    let (left, right) = (c.float_or(3, fp[0])?, c.float_or(4, fp[last])?);
     let at = |x: f64| {
         let i = xp.partition_point(|&p| p <= x);
         if i == 0 {
-            fp[0]
+            left
         } else if i > last {
-            fp[last]
+            if x > xp[last] { right } else { fp[last] }
         } else {
             (fp[i] - fp[i - 1]) / (xp[i] - xp[i - 1]) * (x - xp[i - 1]) + fp[i - 1]
         }
@@ -224,6 +241,48 @@ fn vectorized(c: &Call) -> Result<Value, Raised> {
     }
     let flat = to_array(budget, &Value::list(results), None)?;
     Ok(Value::array(if flat.ndim() == 1 { flat.reshape(shape) } else { flat }))
+}
+
+/// Each element by the function or number of the last condition that it meets, or by one more where it meets none.
+fn piecewise(c: &Call) -> Result<Value, Raised> {
+    let x = c.array(0)?;
+    let masks: Vec<Array> = match c.get(1)? {
+        Value::List(_) | Value::Tuple(_) => {
+            let parts = c.sequence(1)?;
+            let arrays = parts.iter().map(|v| to_array(&c.eval.budget, v, Some(Dtype::Bool)));
+            let arrays: Vec<Array> = arrays.collect::<Result<_, _>>()?;
+            // A single condition may stand without brackets.
+            if arrays.iter().all(|a| a.ndim() == 0) && x.ndim() > 0 { vec![c.array(1)?] } else { arrays }
+        }
+        _ => vec![c.array(1)?],
+    };
+    let functions = c.sequence(2)?;
+    let wrong = masks.iter().any(|m| m.shape() != x.shape());
+    if wrong || functions.len() != masks.len() && functions.len() != masks.len() + 1 {
+        return Err(c.problem("takes conditions of the shape of `x`, and a function for each").into());
+    }
+    c.eval.budget.allocate(x.size().saturating_mul(1 + masks.len()))?;
+    let mut chosen: Vec<Option<usize>> =
+        vec![(functions.len() > masks.len()).then_some(masks.len()); x.size()];
+    for (at, mask) in masks.iter().enumerate() {
+        chosen.iter_mut().zip(mask.to_bools()).filter(|(_, met)| *met).for_each(|(one, _)| *one = Some(at));
+    }
+    let (elements, mut out) = (x.to_floats(), vec![0.0; x.size()]);
+    for (at, function) in functions.iter().enumerate() {
+        let places: Vec<usize> = (0..out.len()).filter(|&i| chosen[i] == Some(at)).collect();
+        let given = places.iter().map(|&i| elements[i]).collect();
+        let made = if let Value::Number(_) = function {
+            function.clone()
+        } else if places.is_empty() {
+            continue;
+        } else {
+            let given = Value::Array(Array::floats_as(given, x.dtype(), vec![places.len()]));
+            c.eval.call(function, Arguments { positional: vec![given], keyword: Vec::new() })?
+        };
+        let made = to_array(&c.eval.budget, &made, None)?.broadcast(&[places.len()])?.to_floats();
+        places.into_iter().zip(made).for_each(|(i, value)| out[i] = value);
+    }
+    Ok(Value::array(Array::floats_as(out, x.dtype(), x.shape().to_vec())))
 }
 
 fn apply_along_axis(c: &Call) -> Result<Value, Raised> {

@@ -1,13 +1,13 @@
-//! numpy functions that take elements out by place, treat arrays as sets, and a few on series of numbers.
+//! numpy functions that take elements out by place, and treat arrays as sets.
 //!
 //! Arrays come in, arrays go out. Imports arguments, arrays, faults.
 
-use super::args::{Call, Row, normalize_axis};
+use super::args::{Call, Row};
 use super::array::Array;
 use super::array_index;
+use super::elementwise::{Op, binary_values};
 use super::error::Fault;
 use super::numpy_sort::order;
-use super::scalar::Dtype;
 use super::value::Value;
 
 /// The rows of this area.
@@ -26,12 +26,48 @@ pub const ROWS: &[Row] = &[
         Ok(Value::Array(Array::floats_as(out, a.dtype(), vec![n])))
     }),
     Row::new("fill_diagonal", "a val", fill_diagonal),
+    Row::new("unravel_index", "indices shape", unravel),
+    Row::new("ravel_multi_index", "multi_index dims", |c| {
+        let lengths = c.shape(1)?;
+        let axes = c.sequence(0)?;
+        if axes.len() != lengths.len() {
+            return Err(c.problem("takes one array of indices for each axis"));
+        }
+        let mut flat = Value::int(0);
+        for (axis, n) in axes.iter().zip(lengths) {
+            flat = binary_values(&c.eval.budget, Op::Multiply, &flat, &Value::count(n))?;
+            flat = binary_values(&c.eval.budget, Op::Add, &flat, axis)?;
+        }
+        Ok(flat)
+    }),
+    Row::new("triu_indices", "n k? m?", |c| triangle(c, |row, column, k| column >= row + k)),
+    Row::new("tril_indices", "n k? m?", |c| triangle(c, |row, column, k| column <= row + k)),
+    Row::new("diag_indices", "n ndim?", |c| {
+        let n = c.count(0)?;
+        c.eval.budget.allocate(n)?;
+        let all = Value::Array(Array::ints((0..n as i64).collect(), vec![n]));
+        Ok(Value::tuple(vec![all; c.int_or(1, 2)?.clamp(0, 16) as usize]))
+    }),
+    Row::new("ndindex", "*shape", |c| {
+        let given = if let [one @ Value::Tuple(_)] = &c.rest[..] {
+            one.clone()
+        } else {
+            Value::tuple(c.rest.clone())
+        };
+        let all = every_index(c, &super::convert::to_shape(&given)?)?;
+        Ok(Value::iter(all.into_iter().map(Value::tuple).collect()))
+    }),
+    Row::new("ndenumerate", "arr", |c| {
+        let a = c.array(0)?;
+        let places = every_index(c, a.shape())?.into_iter().map(Value::tuple);
+        let pairs =
+            places.zip(a.to_scalars()).map(|(at, n)| Value::tuple(vec![at, Value::Number(n.numpys())]));
+        Ok(Value::iter(pairs.collect()))
+    }),
     Row::new("rot90", "m k?", rot90),
     Row::new("union1d", "ar1 ar2", |c| combined(c, |_, _| true)),
     Row::new("intersect1d", "ar1 ar2", |c| combined(c, |a, b| a && b)),
     Row::new("setdiff1d", "ar1 ar2", |c| combined(c, |a, b| a && !b)),
-    Row::new("polyval", "p x", polyval),
-    Row::new("gradient", "f *varargs", gradient),
 ];
 
 /// The elements, or the slices along an axis, at some places.
@@ -115,7 +151,7 @@ fn rot90(c: &Call) -> Result<Value, Fault> {
 fn combined(c: &Call, keep: fn(bool, bool) -> bool) -> Result<Value, Fault> {
     let (a, b) = (c.array(0)?, c.array(1)?);
     let count = a.size().saturating_add(b.size());
-    c.eval.budget.charge(count.saturating_mul(16))?;
+    c.eval.budget.charge(count.saturating_mul(32))?;
     c.eval.budget.allocate(count)?;
     let rising = |a: &Array| {
         let all = a.to_floats();
@@ -133,41 +169,52 @@ fn combined(c: &Call, keep: fn(bool, bool) -> bool) -> Result<Value, Fault> {
     Ok(Value::Array(Array::floats_as(all, dtype, vec![n])))
 }
 
-/// Horner's rule, the highest power first.
-fn polyval(c: &Call) -> Result<Value, Fault> {
-    let (p, x) = (c.array(0)?, c.array(1)?);
-    c.eval.budget.allocate(x.size())?;
-    c.eval.budget.charge(x.size().saturating_mul(p.size()))?;
-    let coefficients = p.to_floats();
-    let at = |x: f64| coefficients.iter().fold(0.0, |y, a| y * x + a);
-    let values = x.to_floats().into_iter().map(at).collect();
-    let dtype = p.dtype().promote(x.dtype());
-    Ok(Value::array(Array::floats_as(values, dtype, x.shape().to_vec())))
+/// Places counted through all elements, as indices along each axis.
+fn unravel(c: &Call) -> Result<Value, Fault> {
+    let (mut shape, flat) = (c.shape(1)?, c.array(0)?);
+    let size = shape.iter().fold(1usize, |n, &d| n.saturating_mul(d));
+    let mut left = flat.to_ints();
+    c.eval.budget.allocate(left.len().saturating_mul(shape.len()))?;
+    if let Some(beyond) = left.iter().find(|&&i| usize::try_from(i).map_or(true, |i| i >= size)) {
+        return Err(Fault::value(format!("index {beyond} is outside an array of {size} elements")));
+    }
+    let mut axes = Vec::with_capacity(shape.len());
+    while let Some(n) = shape.pop() {
+        let along = left.iter().map(|i| i % n as i64).collect();
+        axes.push(Value::array(Array::ints(along, flat.shape().to_vec())));
+        left.iter_mut().for_each(|i| *i /= n as i64);
+    }
+    axes.reverse();
+    Ok(Value::tuple(axes))
 }
 
-/// Central differences, one-sided at both ends, along the only axis.
-fn gradient(c: &Call) -> Result<Value, Fault> {
-    let f = c.floats(0)?;
-    let n = f.len();
-    if c.array(0)?.ndim() != 1 || n < 2 {
-        return Err(c.problem("is supported for two or more numbers in a row; use np.diff"));
-    }
-    let h = c.rest.first().map_or(Ok(1.0), |v| {
-        v.as_scalar().map(|s| s.float()).ok_or_else(|| c.problem("the spacing must be one number"))
-    })?;
-    c.eval.budget.allocate(n)?;
-    let at = |i: usize| match i {
-        0 => (f[1] - f[0]) / h,
-        _ if i == n - 1 => (f[n - 1] - f[n - 2]) / h,
-        _ => (f[i + 1] - f[i - 1]) / (2.0 * h),
+/// Rows and columns of a part of a matrix.
+fn triangle(c: &Call, part: fn(i64, i64, i64) -> bool) -> Result<Value, Fault> {
+    let rows = c.count(0)?;
+    let (k, columns) =
+        (c.int_or(1, 0)?.clamp(-1 << 40, 1 << 40), if c.opt(2).is_some() { c.count(2)? } else { rows });
+    c.eval.budget.allocate_shape(&[rows, columns])?;
+    let all = (0..rows as i64).flat_map(|i| (0..columns as i64).map(move |j| (i, j)));
+    let (down, across): (Vec<i64>, Vec<i64>) = all.filter(|&(i, j)| part(i, j, k)).unzip();
+    let n = down.len();
+    Ok(Value::tuple(vec![
+        Value::Array(Array::ints(down, vec![n])),
+        Value::Array(Array::ints(across, vec![n])),
+    ]))
+}
+
+/// The indices of all elements of an array of this shape, in C order.
+fn every_index(c: &Call, shape: &[usize]) -> Result<Vec<Vec<Value>>, Fault> {
+    let count = c.eval.budget.allocate_shape(shape)?;
+    c.eval.budget.allocate_items(count.saturating_mul(shape.len().max(1)))?;
+    let index = |mut flat: usize| {
+        let mut at: Vec<Value> = Vec::with_capacity(shape.len());
+        for n in shape.iter().rev() {
+            at.push(Value::count(flat % n));
+            flat /= n;
+        }
+        at.reverse();
+        at
     };
-    Ok(Value::Array(Array::floats_as((0..n).map(at).collect(), Dtype::F64, vec![n])))
-}
-
-/// Checks an axis of rows that are folded.
-pub fn first_axis(c: &Call, at: usize, ndim: usize) -> Result<(), Fault> {
-    match normalize_axis(c.int_or(at, 0)?, ndim)? {
-        0 => Ok(()),
-        _ => Err(c.problem("is supported along the first axis; use np.sum and its like")),
-    }
+    Ok((0..count).map(index).collect())
 }

@@ -6,16 +6,16 @@
 use super::args::{Call, Row, normalize_axis};
 use super::array::Array;
 use super::error::Fault;
-use super::scalar::Dtype;
+use super::scalar::{Dtype, Scalar};
 use super::value::Value;
 
 /// The rows of this area.
 pub const ROWS: &[Row] = &[
-    Row::new("sum", "a axis? dtype? keepdims?", |c| total(c, (0, i64::wrapping_add), sum)),
+    Row::new("sum", "a axis? dtype? keepdims? initial? where?", |c| total(c, (0, i64::wrapping_add), sum)),
     Row::new("nansum", "a axis? dtype? keepdims?", |c| {
         total(c, (0, i64::wrapping_add), |v| sum(&not_nan(v)))
     }),
-    Row::new("prod", "a axis? dtype? keepdims?", |c| {
+    Row::new("prod", "a axis? dtype? keepdims? initial? where?", |c| {
         total(c, (1, i64::wrapping_mul), |v| v.iter().product())
     }),
     Row::new("mean", "a axis? dtype? keepdims?", |c| floats(c, 3, mean)),
@@ -24,10 +24,10 @@ pub const ROWS: &[Row] = &[
     Row::new("median", "a axis? keepdims?", |c| floats(c, 2, |v| quantile_of(v, 0.5))),
     Row::new("var", "a axis? ddof? keepdims?", |c| spread(c, |x| x)),
     Row::new("std", "a axis? ddof? keepdims?", |c| spread(c, f64::sqrt)),
-    Row::new("min", "a axis? keepdims?", |c| extreme(c, |a, b| a < b)),
-    Row::new("max", "a axis? keepdims?", |c| extreme(c, |a, b| a > b)),
-    Row::new("amin", "a axis? keepdims?", |c| extreme(c, |a, b| a < b)),
-    Row::new("amax", "a axis? keepdims?", |c| extreme(c, |a, b| a > b)),
+    Row::new("min", "a axis? keepdims? initial?", |c| extreme(c, |a, b| a < b)),
+    Row::new("max", "a axis? keepdims? initial?", |c| extreme(c, |a, b| a > b)),
+    Row::new("amin", "a axis? keepdims? initial?", |c| extreme(c, |a, b| a < b)),
+    Row::new("amax", "a axis? keepdims? initial?", |c| extreme(c, |a, b| a > b)),
     Row::new("nanmin", "a axis? keepdims?", |c| {
         floats(c, 2, |v| not_nan(v).into_iter().fold(f64::NAN, f64::min))
     }),
@@ -42,8 +42,8 @@ pub const ROWS: &[Row] = &[
     Row::new("any", "a axis? keepdims?", |c| flags(c, |v| v.iter().any(|&x| x != 0.0))),
     Row::new("all", "a axis? keepdims?", |c| flags(c, |v| v.iter().all(|&x| x != 0.0))),
     Row::new("count_nonzero", "a axis? keepdims?", count_nonzero),
-    Row::new("percentile", "a q axis?", |c| quantile(c, 0.01)),
-    Row::new("quantile", "a q axis?", |c| quantile(c, 1.0)),
+    Row::new("percentile", "a q axis? keepdims? method?", |c| quantile(c, 0.01)),
+    Row::new("quantile", "a q axis? keepdims? method?", |c| quantile(c, 1.0)),
     Row::new("cumsum", "a axis?", |c| running(c, |x, y| x + y)),
     Row::new("cumprod", "a axis?", |c| running(c, |x, y| x * y)),
     Row::new("diff", "a n? axis?", diff),
@@ -55,6 +55,8 @@ pub const ROWS: &[Row] = &[
 struct Lanes {
     /// The array with the reduced axes last.
     arranged: Array,
+    /// The axes in that order.
+    order: Vec<usize>,
     /// Elements in a lane.
     length: usize,
     /// Number of lanes.
@@ -90,10 +92,33 @@ impl Lanes {
         Ok(Self {
             length: gone.iter().map(|&x| lengths[x]).product(),
             count: kept.iter().map(|&x| lengths[x]).product(),
-            arranged: a.permute(&[kept, gone].concat()),
+            arranged: a.permute(&[&kept[..], &gone[..]].concat()),
+            order: [kept, gone].concat(),
             dtype: a.dtype(),
             shape,
         })
+    }
+
+    /// Puts `instead` in the place of elements where the mask at the argument `at` is false.
+    fn leave_out(&mut self, c: &Call, at: usize, instead: i64) -> Result<(), Fault> {
+        let a = c.array(0)?;
+        let mask = c.array(at)?.broadcast(a.shape())?.permute(&self.order).to_bools();
+        c.eval.budget.allocate(mask.len().saturating_mul(2))?;
+        let mut all = self.arranged.to_scalars();
+        all.iter_mut().zip(mask).filter(|(_, kept)| !kept).for_each(|(x, _)| *x = Scalar::Int(instead));
+        self.arranged = Array::from_scalars(&all, self.dtype, vec![self.count, self.length]);
+        Ok(())
+    }
+
+    /// Puts one more element in front of every lane.
+    fn lengthen(&mut self, c: &Call, first: Scalar) -> Result<(), Fault> {
+        c.eval.budget.allocate_shape(&[self.count, self.length + 1])?;
+        let lanes = self.arranged.reshape(vec![self.count, self.length]);
+        let first = Array::scalar(first).broadcast(&[self.count, 1])?;
+        self.arranged = super::numpy_join::join(&c.eval.budget, &[first, lanes], 1)?;
+        self.length += 1;
+        self.dtype = self.arranged.dtype();
+        Ok(())
     }
 
     /// Applies `f` to every lane.
@@ -132,8 +157,15 @@ fn not_nan(lane: &[f64]) -> Vec<f64> {
 }
 
 fn total(c: &Call, ints: (i64, fn(i64, i64) -> i64), floats: fn(&[f64]) -> f64) -> Result<Value, Fault> {
-    let lanes = Lanes::of(c, 1, Some(3))?;
+    let mut lanes = Lanes::of(c, 1, Some(3))?;
     let dtype = c.dtype(2)?.unwrap_or(lanes.dtype.max(Dtype::Int));
+    if c.opt(5).is_some() {
+        lanes.leave_out(c, 5, ints.0)?;
+    }
+    if c.opt(4).is_some() {
+        // One number more in each lane stands for the initial value.
+        lanes.lengthen(c, c.scalar(4)?)?;
+    }
     if !dtype.is_float() {
         let all = lanes.map(&lanes.arranged.to_ints(), |v| v.iter().fold(ints.0, |s, &x| (ints.1)(s, x)));
         return Ok(Value::array(Array::ints(all, lanes.shape)));
@@ -203,7 +235,10 @@ fn not_empty(c: &Call, lanes: &Lanes) -> Result<(), Fault> {
 }
 
 fn extreme(c: &Call, beats: fn(f64, f64) -> bool) -> Result<Value, Fault> {
-    let lanes = Lanes::of(c, 1, Some(2))?;
+    let mut lanes = Lanes::of(c, 1, Some(2))?;
+    if c.opt(3).is_some() {
+        lanes.lengthen(c, c.scalar(3)?)?;
+    }
     not_empty(c, &lanes)?;
     let all = lanes.map(&lanes.arranged.to_floats(), |v| extreme_of(v, beats));
     Ok(Value::array(Array::floats_as(all, lanes.dtype, lanes.shape)))
@@ -229,7 +264,10 @@ fn quantile_of(lane: &[f64], q: f64) -> f64 {
 }
 
 fn quantile(c: &Call, unit: f64) -> Result<Value, Fault> {
-    let lanes = Lanes::of(c, 2, None)?;
+    if c.opt(4).is_some() && c.text(4)? != "linear" {
+        return Err(c.problem("`method` is supported as 'linear' only"));
+    }
+    let lanes = Lanes::of(c, 2, Some(3))?;
     let shares = c.array(1)?;
     let elements = lanes.arranged.to_floats();
     let mut all = Vec::new();

@@ -10,8 +10,8 @@ use super::value::Value;
 
 /// The rows of this area.
 pub const ROWS: &[Row] = &[
-    Row::new("sort", "a axis? kind?", |c| sorted(c, &c.array(0)?, 1).map(Value::Array)),
-    Row::new("argsort", "a axis? kind?", |c| {
+    Row::new("sort", "a axis? kind? order? stable?", |c| sorted(c, &c.array(0)?, 1).map(Value::Array)),
+    Row::new("argsort", "a axis? kind? order? stable?", |c| {
         let places = |lane: &[f64]| order(lane).into_iter().map(|i| i as f64).collect();
         lanes(c, &c.array(0)?, 1, places, Some(Dtype::Int)).map(Value::Array)
     }),
@@ -29,6 +29,9 @@ pub const ROWS: &[Row] = &[
     Row::new("isin", "element test_elements", isin),
     Row::new("in1d", "element test_elements", isin),
 ];
+
+/// What sorting takes for an element, as operations.
+const SORTING: usize = 32;
 
 /// Places of the elements of a lane in rising order; equal elements keep theirs.
 pub fn order(lane: &[f64]) -> Vec<usize> {
@@ -53,8 +56,7 @@ fn lanes(
     dtype: Option<Dtype>,
 ) -> Result<Array, Fault> {
     let mut a = a.clone();
-    // Sorting takes longer than linear; the charge says so.
-    c.eval.budget.charge(a.size().saturating_mul(16))?;
+    c.eval.budget.charge(a.size().saturating_mul(SORTING))?;
     c.eval.budget.allocate(a.size())?;
     let axis = if matches!(c.get(axis), Ok(Value::None)) {
         a = a.reshape(vec![a.size()]);
@@ -82,7 +84,7 @@ fn lexsort(c: &Call) -> Result<Value, Fault> {
     if keys.iter().any(|k| k.len() != n) {
         return Err(c.problem("all keys must have the same length"));
     }
-    c.eval.budget.charge(n.saturating_mul(16 * keys.len()))?;
+    c.eval.budget.charge(n.saturating_mul(SORTING * keys.len()))?;
     let mut at: Vec<usize> = (0..n).collect();
     for key in &keys {
         at.sort_by(|&i, &j| (key[i] + 0.0).total_cmp(&(key[j] + 0.0)));
@@ -92,7 +94,7 @@ fn lexsort(c: &Call) -> Result<Value, Fault> {
 
 fn unique(c: &Call) -> Result<Value, Fault> {
     let a = c.array(0)?;
-    c.eval.budget.charge(a.size().saturating_mul(16))?;
+    c.eval.budget.charge(a.size().saturating_mul(SORTING))?;
     c.eval.budget.allocate(a.size())?;
     let (width, shape) = match c.axis(4, a.ndim())? {
         None => (1, None),
@@ -173,6 +175,7 @@ fn bincount(c: &Call) -> Result<Value, Fault> {
 fn isin(c: &Call) -> Result<Value, Fault> {
     let (a, mut wanted) = (c.array(0)?, c.floats(1)?);
     c.eval.budget.allocate(a.size())?;
+    c.eval.budget.charge(wanted.len().saturating_mul(SORTING))?;
     wanted.iter_mut().for_each(|w| *w += 0.0);
     wanted.sort_unstable_by(f64::total_cmp);
     let found = |x: f64| wanted.binary_search_by(|w| w.total_cmp(&(x + 0.0))).is_ok();

@@ -165,7 +165,7 @@ fn ints(op: Operator, x: i64, y: i64) -> Result<Value, Fault> {
 
 fn concatenate(budget: &Budget, a: &Value, b: &Value) -> Result<Value, Fault> {
     let (Some(mut all), Some(more)) = (a.items(), b.items()) else { return Err(mismatch("+", a, b)) };
-    budget.allocate(all.len() + more.len())?;
+    budget.allocate_items(all.len() + more.len())?;
     all.extend(more);
     match (a, b) {
         (Value::List(_), Value::List(_)) => Ok(Value::list(all)),
@@ -181,7 +181,7 @@ fn repeat(budget: &Budget, sequence: &Value, times: Scalar) -> Result<Value, Fau
     let items = sequence.items().unwrap_or_default();
     // Nothing, however often, is nothing; it must not be counted out.
     let times = if items.is_empty() { 0 } else { usize::try_from(times.int()).unwrap_or(0) };
-    budget.allocate(items.len().saturating_mul(times))?;
+    budget.allocate_items(items.len().saturating_mul(times))?;
     let all = std::iter::repeat_n(items, times).flatten().collect();
     Ok(if matches!(sequence, Value::List(_)) { Value::list(all) } else { Value::tuple(all) })
 }

@@ -145,7 +145,7 @@ fn integer(c: &Call, start: i64, stop: i64, step: i64) -> Result<Value, Fault> {
 fn choices(c: &Call) -> Result<Value, Fault> {
     let items = c.sequence(1)?;
     let k = if c.opt(4).is_some() { c.count(4)? } else { 1 };
-    c.eval.budget.allocate(k)?;
+    c.eval.budget.allocate_items(k)?;
     let mut steps = match (c.opt(2), c.opt(3)) {
         (None, None) => Vec::new(),
         (Some(_), _) => c.floats(2)?,
@@ -171,7 +171,8 @@ fn choices(c: &Call) -> Result<Value, Fault> {
 
 fn shuffle(c: &Call) -> Result<Value, Fault> {
     let mut random = random(c)?;
-    let mut swaps = |n: usize| (1..n).rev().map(|i| (i, random.below(i as u64 + 1) as usize)).collect::<Vec<_>>();
+    let mut swaps =
+        |n: usize| (1..n).rev().map(|i| (i, random.below(i as u64 + 1) as usize)).collect::<Vec<_>>();
     match c.get(1)? {
         Value::List(items) => {
             let mut items = items.0.borrow_mut();
@@ -197,7 +198,7 @@ fn sample(c: &Call) -> Result<Value, Fault> {
     if k > n {
         return Err(Fault::value(format!("sample() of {k} from {n} items")));
     }
-    c.eval.budget.allocate(k)?;
+    c.eval.budget.allocate_items(k)?;
     let mut random = random(c)?;
     // The size from which CPython thinks a set smaller than the pool.
     let set_size = 21 + if k > 5 { 4f64.powf(((3 * k) as f64).log(4.0).ceil()) as usize } else { 0 };

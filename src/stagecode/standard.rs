@@ -51,7 +51,9 @@ pub fn attribute(eval: &Evaluator, module: &'static str, name: &str) -> Result<V
         ("sys", "stdout" | "stderr", _) => Ok(Value::None),
         ("sys", "float_info", _) => Ok(Value::Dtype(Dtype::F64)),
         ("collections", "abc", _) => Ok(Value::Module(Module::Standard("collections.abc"))),
-        ("collections", "OrderedDict", _) => super::builtins::named("dict").ok_or_else(|| Fault::value("dict")),
+        ("collections", "OrderedDict", _) => {
+            super::builtins::named("dict").ok_or_else(|| Fault::value("dict"))
+        }
         // Annotations are never evaluated; names for them only have to be there.
         _ if rows.as_ptr() == TYPING.as_ptr() && !name.starts_with('_') => Ok(Value::Type("object")),
         _ => {
@@ -82,7 +84,9 @@ const FUNCTOOLS: &[Row] = &[
 /// What `functools.partial` returns; its owner holds the function and the arguments given already.
 static PARTIAL: Row = Row::back("partial", "self *args **keywords", |c| {
     let held = c.get(0)?.items().unwrap_or_default();
-    let [function, first, Value::Dict(named)] = &held[..] else { return Err(c.problem("lost its function").into()) };
+    let [function, first, Value::Dict(named)] = &held[..] else {
+        return Err(c.problem("lost its function").into());
+    };
     let mut positional = first.items().unwrap_or_default();
     positional.extend(c.rest.iter().cloned());
     let mut keyword = c.named.clone();
@@ -137,29 +141,32 @@ const COPY: &[Row] = &[
 ];
 
 fn copied(c: &Call, value: &Value, deep: bool) -> Result<Value, Fault> {
-    let inner = |value: &Value| if deep { copied(c, value, true) } else { Ok(value.clone()) };
-    let budget = &c.eval.budget;
-    budget.enter()?;
-    let made = match value {
-        Value::Array(a) => budget.allocate(a.size()).map(|()| Value::Array(Array::copy(a))),
-        Value::List(_) | Value::Tuple(_) => {
-            let items = c.eval.collect(value)?;
-            let items = items.iter().map(inner).collect::<Result<Vec<_>, _>>();
-            items.map(|items| if let Value::List(_) = value { Value::list(items) } else { Value::tuple(items) })
+    let inner = |value: &Value| {
+        if !deep {
+            return Ok(value.clone());
         }
+        c.eval.budget.enter()?;
+        let made = copied(c, value, true);
+        c.eval.budget.leave();
+        made
+    };
+    Ok(match value {
+        Value::Array(a) => {
+            c.eval.budget.allocate(a.size())?;
+            Value::Array(Array::copy(a))
+        }
+        Value::List(_) => Value::list(c.eval.collect(value)?.iter().map(inner).collect::<Result<_, _>>()?),
+        Value::Tuple(_) => Value::tuple(c.eval.collect(value)?.iter().map(inner).collect::<Result<_, _>>()?),
         Value::Dict(table) | Value::Set(table) => {
             let (entries, default) = (table.0.borrow().entries().to_vec(), table.0.borrow().default.clone());
-            budget.allocate(entries.len())?;
-            let entries = entries.into_iter().map(|(k, v)| Ok((k, inner(&v)?))).collect::<Result<Vec<_>, Fault>>();
-            entries.and_then(methods_dict::made).map(|mut dict| {
-                dict.default = default;
-                if let Value::Dict(_) = value { Value::dict(dict) } else { Value::set(dict) }
-            })
+            c.eval.budget.allocate_items(entries.len())?;
+            let entries = entries.into_iter().map(|(k, v)| Ok((k, inner(&v)?)));
+            let mut dict = methods_dict::made(entries.collect::<Result<_, Fault>>()?)?;
+            dict.default = default;
+            if let Value::Dict(_) = value { Value::dict(dict) } else { Value::set(dict) }
         }
-        other => Ok(other.clone()),
-    };
-    budget.leave();
-    made
+        other => other.clone(),
+    })
 }
 
 const TIME: &[Row] = &[

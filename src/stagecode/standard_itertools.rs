@@ -12,7 +12,9 @@ use super::value::Value;
 /// The functions of the module.
 pub const ROWS: &[Row] = &[
     Row::new("product", "*iterables repeat?", product),
-    Row::new("combinations", "iterable r", |c| arrangements(c, |at, next| at.last().is_none_or(|&l| l < next))),
+    Row::new("combinations", "iterable r", |c| {
+        arrangements(c, |at, next| at.last().is_none_or(|&l| l < next))
+    }),
     Row::new("combinations_with_replacement", "iterable r", |c| {
         arrangements(c, |at, next| at.last().is_none_or(|&l| l <= next))
     }),
@@ -23,7 +25,7 @@ pub const ROWS: &[Row] = &[
             return Err(c.problem("needs the number of times"));
         }
         let times = usize::try_from(c.int(1)?).unwrap_or(0);
-        c.eval.budget.allocate(times)?;
+        c.eval.budget.allocate_items(times)?;
         Ok(Value::iter(vec![c.get(0)?.clone(); times]))
     }),
     Row::new("count", "start? step?", |c| match (c.int_or(0, 0)?, c.int_or(1, 1)?) {
@@ -34,7 +36,7 @@ pub const ROWS: &[Row] = &[
     Row::back("accumulate", "iterable func? initial?", accumulate),
     Row::new("pairwise", "iterable", |c| {
         let items = c.sequence(0)?;
-        c.eval.budget.allocate(items.len())?;
+        c.eval.budget.allocate_items(items.len())?;
         Ok(Value::iter(items.windows(2).map(|pair| Value::tuple(pair.to_vec())).collect()))
     }),
     Row::new("zip_longest", "*iterables fillvalue?", zip_longest),
@@ -55,7 +57,7 @@ fn joined(c: &Call, parts: &[Value]) -> Result<Value, Fault> {
     let mut all = Vec::new();
     for part in parts {
         let items = c.eval.collect(part)?;
-        c.eval.budget.allocate(all.len().saturating_add(items.len()))?;
+        c.eval.budget.allocate_items(all.len().saturating_add(items.len()))?;
         all.extend(items);
     }
     Ok(Value::iter(all))
@@ -65,10 +67,10 @@ fn joined(c: &Call, parts: &[Value]) -> Result<Value, Fault> {
 fn product(c: &Call) -> Result<Value, Fault> {
     let once: Vec<Vec<Value>> = c.rest.iter().map(|v| c.eval.collect(v)).collect::<Result<_, _>>()?;
     let times = usize::try_from(c.int_or(1, 1)?).unwrap_or(0);
-    c.eval.budget.allocate(once.len().saturating_mul(times))?;
+    c.eval.budget.allocate_items(once.len().saturating_mul(times))?;
     let pools: Vec<&Vec<Value>> = std::iter::repeat_n(&once, times).flatten().collect();
     let count = pools.iter().fold(1usize, |n, pool| n.saturating_mul(pool.len()));
-    c.eval.budget.allocate(count.saturating_mul(pools.len().max(1)))?;
+    c.eval.budget.allocate_items(count.saturating_mul(pools.len().max(1)))?;
     let choice = |mut at: usize| {
         let mut items: Vec<Value> = Vec::with_capacity(pools.len());
         for pool in pools.iter().rev() {
@@ -89,9 +91,9 @@ fn arrangements(c: &Call, fits: fn(&[usize], usize) -> bool) -> Result<Value, Fa
     let mut at: Vec<usize> = Vec::new();
     let mut next = 0;
     loop {
-        c.eval.budget.charge(1 + at.len())?;
+        c.eval.budget.charge((1 + at.len()).saturating_mul(1 + at.len()))?;
         if at.len() == r {
-            c.eval.budget.allocate(out.len().saturating_add(1).saturating_mul(r.max(1)))?;
+            c.eval.budget.allocate_items(out.len().saturating_add(1).saturating_mul(r.max(1)))?;
             out.push(Value::tuple(at.iter().map(|&i| items[i].clone()).collect()));
         } else if let Some(place) = (next..items.len()).find(|&place| fits(&at, place)) {
             at.push(place);
@@ -114,7 +116,7 @@ fn islice(c: &Call) -> Result<Value, Fault> {
     }
     let mut steps = Steps::of(c.get(0)?)?;
     let left = steps.remaining().min(stop.unwrap_or(usize::MAX));
-    c.eval.budget.allocate(left)?;
+    c.eval.budget.allocate_items(left)?;
     let taken: Vec<Value> = steps.by_ref().take(left).collect();
     Ok(Value::iter(taken.into_iter().skip(start).step_by(step).collect()))
 }
@@ -139,7 +141,7 @@ fn accumulate(c: &Call) -> Result<Value, Raised> {
 fn zip_longest(c: &Call) -> Result<Value, Fault> {
     let all: Vec<Vec<Value>> = c.rest.iter().map(|v| c.eval.collect(v)).collect::<Result<_, _>>()?;
     let count = all.iter().map(Vec::len).max().unwrap_or(0);
-    c.eval.budget.allocate(count.saturating_mul(all.len()))?;
+    c.eval.budget.allocate_items(count.saturating_mul(all.len()))?;
     let fill = c.opt(1).cloned().unwrap_or(Value::None);
     let row = |i: usize| all.iter().map(|items| items.get(i).unwrap_or(&fill).clone()).collect();
     Ok(Value::iter((0..count).map(|i| Value::tuple(row(i))).collect()))

@@ -14,6 +14,7 @@ use super::array::Array;
 use super::dict::Dict;
 use super::error::Fault;
 use super::eval::Scope;
+use super::memory::Held;
 use super::random::Random;
 use super::scalar::{Dtype, Scalar};
 use super::source::Source;
@@ -98,7 +99,19 @@ pub enum Indexer {
 }
 
 /// A list's or tuple's items.
-pub struct Items(pub RefCell<Vec<Value>>);
+pub struct Items(pub RefCell<Vec<Value>>, Held);
+
+impl Items {
+    fn new(items: Vec<Value>) -> Self {
+        let held = Held::new(items.len() * size_of::<Value>());
+        Self(RefCell::new(items), held)
+    }
+
+    /// Takes note of the length, after it changed.
+    pub fn measure(&self) {
+        self.1.set(self.0.borrow().len() * size_of::<Value>());
+    }
+}
 
 /// A dict or set.
 pub struct Table(pub RefCell<Dict>);
@@ -109,6 +122,7 @@ pub struct Iter {
     pub items: Vec<Value>,
     /// How many have gone.
     pub next: Cell<usize>,
+    _held: Held,
 }
 
 /// A `def` or `lambda`.
@@ -163,12 +177,12 @@ impl Value {
 
     /// A list.
     pub fn list(items: Vec<Self>) -> Self {
-        Self::List(Rc::new(Items(RefCell::new(items))))
+        Self::List(Rc::new(Items::new(items)))
     }
 
     /// A tuple.
     pub fn tuple(items: Vec<Self>) -> Self {
-        Self::Tuple(Rc::new(Items(RefCell::new(items))))
+        Self::Tuple(Rc::new(Items::new(items)))
     }
 
     /// A tuple of lengths.
@@ -188,7 +202,8 @@ impl Value {
 
     /// Items to be handed out once.
     pub fn iter(items: Vec<Self>) -> Self {
-        Self::Iter(Rc::new(Iter { items, next: Cell::new(0) }))
+        let _held = Held::new(items.len() * size_of::<Self>());
+        Self::Iter(Rc::new(Iter { items, next: Cell::new(0), _held }))
     }
 
     /// A float that numpy made.
@@ -267,6 +282,16 @@ impl Value {
         match self.as_scalar()? {
             Scalar::Float(_) => None,
             other => Some(other.int()),
+        }
+    }
+
+    /// How many items a container holds; 0 for anything else.
+    pub fn extent(&self) -> usize {
+        match self {
+            Self::List(v) | Self::Tuple(v) => v.0.borrow().len(),
+            Self::Dict(d) | Self::Set(d) => d.0.borrow().len(),
+            Self::Array(a) => a.shape().first().copied().unwrap_or(0),
+            _ => 0,
         }
     }
 
