@@ -43,7 +43,18 @@ const DIAGNOSTICS: &[(&str, usize, usize, &str, &str)] = &[
     ("radius = 1\nb = radus", 2, 5, "`radus` is not defined", "did you mean `radius`"),
     ("x = np.linspce(0, 1, 5)", 1, 5, "`np` has no `linspce`", "did you mean `linspace`"),
     ("import scipy", 1, 1, "importing `scipy` is not supported", "numpy"),
-    ("import os", 1, 1, "importing `os`", "only numpy and math"),
+    ("import os", 1, 1, "importing `os`", "only numpy, math and harmless parts"),
+    ("from numpy import linspce", 1, 1, "importing `linspce`", "did you mean `linspace`"),
+    ("import itertools\nx = itertools.cycle([1])", 2, 5, "`itertools` has no `cycle`", "product"),
+    ("x = np.roots([1, 0, 1])", 1, 5, "complex roots", "halve"),
+    ("x = np.linalg.eig(np.array([[0, 1], [-1, 0]]))", 1, 5, "not symmetric", "svd"),
+    ("x = np.add([1], [0.5], out=np.zeros(1, dtype=int))", 1, 5, "do not fit an `out` of int64", ""),
+    ("import random\nrandom.seed('x')", 2, 1, "seed(): is supported with an integer", ""),
+    ("def f():\n    raise\nf()", 2, 5, "RuntimeError", ""),
+    ("try:\n    x = [1][2]\nexcept IndexError:\n    raise", 2, 9, "outside a list of length 1", ""),
+    ("raise 'no'", 1, 1, "a str cannot be raised", ""),
+    ("def f(n): return f(n + 1)\nf(0)", 1, 18, "levels of nested", "loop"),
+    ("x = np.zeros((2**40, 3))", 1, 5, "elements in one array", "part by part"),
     ("from numpy import *", 1, 1, "`import *`", "import numpy as np"),
     ("x = (1).__class__", 1, 5, "`int` has no `__class__`", "two underscores"),
     ("x = np.__dict__", 1, 5, "`np` has no `__dict__`", ""),
@@ -129,6 +140,19 @@ fn every_limit_stops_the_program() {
     ] {
         limited(code, &small, "elements in one array or list");
     }
+    let little = Limits { memory_bytes: 1_000_000, ..usual.clone() };
+    for code in [
+        "x = np.zeros(200000)",
+        "x = []\nwhile True: x.append(np.ones(1000))",
+        "x = []\nwhile True: x.append([0] * 100)",
+        "x = []\nwhile True: x += [()]",
+        "d = {}\nfor i in range(10**9): d[i] = i",
+        "x = [0] * 20000",
+    ] {
+        limited(code, &little, "bytes of arrays and lists");
+    }
+    run_within("for i in range(1000): x = np.ones(10000)", &little).unwrap();
+    limited("x = [0] * 4000001", &usual, "elements in one array or list");
     limited("def f(n): return f(n + 1)\nf(0)", &usual, "levels of nested expressions and calls");
     let quiet = Limits { output_bytes: 100, ..usual.clone() };
     limited("for i in range(100): print('hello')", &quiet, "bytes of text");
@@ -180,4 +204,11 @@ fn unseeded_draws_are_the_same_on_every_run() {
     assert_eq!(values(code), values(code));
     let two = values("x = np.array([np.random.default_rng().random(), np.random.default_rng().random()])");
     assert_ne!(two[0], two[1]);
+}
+
+#[test]
+fn ordinary_large_clouds_are_within_the_limits() {
+    let code = "g = np.linspace(-1, 1, 150)\nX, Y, Z = np.meshgrid(g, g, g, indexing='ij')\n\
+                inside = X**2 + Y**2 + Z**2 <= 1\nx = np.stack([X[inside], Y[inside], Z[inside]], axis=1).shape[0] / 150**3\n";
+    assert!((values(code)[0] * 8.0 - 4.0 / 3.0 * std::f64::consts::PI).abs() < 0.1);
 }

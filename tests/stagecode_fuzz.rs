@@ -33,7 +33,7 @@ fn expression() -> impl Strategy<Value = String> {
         let name = prop::sample::select(NAMES);
         let method = prop::sample::select(METHODS);
         let op = prop::sample::select(&["+", "-", "*", "/", "//", "%", "**", "@", "<", "==", "&", "|", "<<", ">>", "in", "and", "is"][..]);
-        let key = prop::sample::select(&["axis", "size", "keepdims", "dtype", "key", "indexing", "p", "replace"][..]);
+        let key = prop::sample::select(&["axis", "size", "keepdims", "dtype", "key", "indexing", "p", "replace", "out", "where", "initial"][..]);
         prop_oneof![
             (inner.clone(), op, inner.clone()).prop_map(|(x, o, y)| format!("({x} {o} {y})")),
             (name.clone(), prop::collection::vec(inner.clone(), 0..4)).prop_map(|(f, v)| format!("{f}({})", v.join(", "))),
@@ -78,6 +78,12 @@ const METHODS: &[&str] = &[
     "replace",
     "fill",
     "clip",
+    "center",
+    "strip",
+    "update",
+    "issubset",
+    "remove",
+    "at",
 ];
 
 const NAMES: &[&str] = &[
@@ -184,12 +190,55 @@ const NAMES: &[&str] = &[
     "np.logspace",
     "np.apply_along_axis",
     "np.vectorize",
+    "np.gradient",
+    "np.polyfit",
+    "np.roots",
+    "np.convolve",
+    "np.cov",
+    "np.histogram",
+    "np.pad",
+    "np.piecewise",
+    "np.unravel_index",
+    "np.triu_indices",
+    "np.ndindex",
+    "np.add.at",
+    "np.add.reduce",
+    "np.maximum.accumulate",
+    "np.divide",
+    "np.abs",
+    "np.kron",
+    "np.linalg.svd",
+    "np.linalg.eigh",
+    "np.linalg.qr",
+    "np.linalg.pinv",
+    "np.linalg.lstsq",
+    "np.linalg.matrix_rank",
+    "np.linalg.cholesky",
+    "random.choice",
+    "random.choices",
+    "random.sample",
+    "random.shuffle",
+    "random.randint",
+    "random.seed",
+    "random.gauss",
+    "itertools.product",
+    "itertools.combinations",
+    "itertools.permutations",
+    "itertools.islice",
+    "itertools.accumulate",
+    "functools.reduce",
+    "functools.partial",
+    "collections.defaultdict",
+    "collections.Counter",
+    "copy.deepcopy",
+    "getattr",
+    "hasattr",
     "divmod",
     "next",
     "type",
 ];
 
-const START: &str = "a = np.arange(6).reshape(2, 3)\nb = 2.5\nm = a > 2\ns = [1, 2, 3]\nd = {'x': 1}\nrng = np.random.default_rng(1)\n";
+const START: &str = "import random, itertools, functools, collections, copy\na = np.arange(6).reshape(2, 3)\nb = 2.5\nm = a > 2\ns = [1, 2, 3]\nd = {'x': 1}\nrng = np.random.default_rng(1)\n";
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 600, failure_persistence: None, ..ProptestConfig::default() })]

@@ -21,7 +21,7 @@ fn programs_give_the_values_of_numpy() {
     let text = fs::read_to_string(folder().join("expected.json")).unwrap();
     let expected: BTreeMap<String, Value> = serde_json::from_str(&text).unwrap();
     let (mut failures, mut count) = (Vec::new(), 0);
-    for file in ["arrays", "clouds", "draws", "language"] {
+    for file in ["arrays", "clouds", "draws", "functions", "language", "library"] {
         let programs = fs::read_to_string(folder().join(format!("{file}.py"))).unwrap();
         let mut line = 1;
         for block in programs.split_inclusive("\n#%% ").flat_map(|b| b.strip_suffix("#%% ").or(Some(b))) {

@@ -128,6 +128,16 @@ impl Array {
         Self::new(buffer, dtype, shape)
     }
 
+    /// An array of `count` times one element.
+    pub fn constant(value: Scalar, count: usize, dtype: Dtype, shape: Vec<usize>) -> Self {
+        let buffer = match dtype {
+            Dtype::Bool => Buffer::Bool(vec![value.truth(); count]),
+            Dtype::Int => Buffer::Int(vec![value.int(); count]),
+            _ => Buffer::Float(vec![round_to(dtype, value.float()); count]),
+        };
+        Self::new(buffer, dtype, shape)
+    }
+
     /// Element type.
     pub fn dtype(&self) -> Dtype {
         self.dtype

@@ -85,13 +85,16 @@ fn filled(c: &Call, value: Scalar, dtype: usize) -> Result<Value, Fault> {
 
 fn make(c: &Call, shape: Vec<usize>, value: Scalar, dtype: Dtype) -> Result<Value, Fault> {
     let count = c.eval.budget.allocate_shape(&shape)?;
-    Ok(Value::array(Array::from_scalars(&vec![value; count], dtype, shape)))
+    Ok(Value::array(Array::constant(value, count, dtype, shape)))
 }
 
 fn full(c: &Call) -> Result<Value, Fault> {
     let fill = c.array(1)?;
     let dtype = c.dtype(2)?.unwrap_or(fill.dtype());
     let shape = c.shape(0)?;
+    if let (0, Some(value)) = (fill.ndim(), fill.first()) {
+        return make(c, shape, value, dtype);
+    }
     c.eval.budget.allocate_shape(&shape)?;
     Ok(Value::array(fill.broadcast(&shape)?.cast(dtype)))
 }

@@ -29,10 +29,10 @@ pub fn binary(budget: &Budget, op: Operator, a: &Value, b: &Value) -> Result<Val
             Operator::MatMult => super::numpy_linalg::matmul(budget, a, b),
             _ => elementwise::binary_values(budget, array_op(op), a, b),
         },
-        // A float of numpy's makes an array of the list that it meets.
-        (Value::Number(Scalar::Float64(_)), Value::List(_) | Value::Tuple(_))
-        | (Value::List(_) | Value::Tuple(_), Value::Number(Scalar::Float64(_)))
-            if op != Operator::MatMult =>
+        // A number of numpy's makes an array of the list that it meets; a product would repeat the list.
+        (Value::Number(n), Value::List(_) | Value::Tuple(_))
+        | (Value::List(_) | Value::Tuple(_), Value::Number(n))
+            if n.is_numpys() && !matches!(op, Operator::Mult | Operator::MatMult) =>
         {
             elementwise::binary_values(budget, array_op(op), a, b)
         }

@@ -62,8 +62,8 @@ const COMMON: &[Row] = &[
         draw(c, [(1, 0.0), (2, 0.0), (3, 0.0)], 4, |r, sides| triangular(r.uniform(), sides))
     }),
     Row::new("choice", "self a size? replace? p? axis? shuffle?", super::random_choice::choice),
-    Row::new("permutation", "self x", permutation),
-    Row::new("shuffle", "self x", shuffle),
+    Row::new("permutation", "self x axis?", permutation),
+    Row::new("shuffle", "self x axis?", shuffle),
 ];
 
 /// Methods of `Generator` alone.
@@ -127,6 +127,9 @@ fn fill_rest(c: &Call, next: fn(&mut Random) -> f64) -> Result<Value, Fault> {
     let shape = super::convert::to_shape(&Value::tuple(c.rest.clone()))?;
     let count = c.eval.budget.allocate_shape(&shape)?;
     let mut random = generator(c)?.borrow_mut();
+    if shape.is_empty() {
+        return Ok(Value::float(next(&mut random)));
+    }
     let all = (0..count).map(|_| next(&mut random)).collect();
     Ok(Value::array(Array::floats(all, shape)))
 }
@@ -187,7 +190,11 @@ fn integers(c: &Call, endpoint: bool) -> Result<Value, Fault> {
     let shape = if c.opt(3).is_some() { c.shape(3)? } else { Vec::new() };
     let count = c.eval.budget.allocate_shape(&shape)?;
     let mut random = generator(c)?.borrow_mut();
-    let all = (0..count).map(|_| low.wrapping_add(random.below_or_at(span) as i64)).collect();
+    let all: Vec<i64> = (0..count).map(|_| low.wrapping_add(random.below_or_at(span) as i64)).collect();
+    if let (true, [], &[one]) = (random.is_legacy(), &shape[..], &all[..]) {
+        // `randint` returns an integer of Python's, `integers` one of numpy's.
+        return Ok(Value::int(one));
+    }
     Ok(Value::array(Array::ints(all, shape)))
 }
 
@@ -199,9 +206,13 @@ pub fn rows(c: &Call, a: &Array, at: Vec<usize>) -> Result<Value, Fault> {
 }
 
 fn permutation(c: &Call) -> Result<Value, Fault> {
+    let axis = match c.get(1)? {
+        Value::Number(_) => 0,
+        _ => c.axis(2, c.array(1)?.ndim())?.unwrap_or(0),
+    };
     let n = match c.get(1)? {
         Value::Number(_) => c.count(1)?,
-        _ => c.array(1)?.shape().first().copied().unwrap_or(0),
+        _ => c.array(1)?.shape().get(axis).copied().unwrap_or(0),
     };
     c.eval.budget.allocate(n)?;
     let mut at: Vec<usize> = (0..n).collect();
@@ -210,7 +221,10 @@ fn permutation(c: &Call) -> Result<Value, Fault> {
         Value::Number(_) => {
             Ok(Value::Array(Array::ints(at.into_iter().map(|i| i as i64).collect(), vec![n])))
         }
-        _ => rows(c, &c.array(1)?, at),
+        _ => {
+            let at = Array::ints(at.into_iter().map(|i| i as i64).collect(), vec![n]);
+            super::numpy_place::along(c, &c.array(1)?, axis, &Value::Array(at))
+        }
     }
 }
 
@@ -221,6 +235,10 @@ fn shuffle(c: &Call) -> Result<Value, Fault> {
             generator(c)?.borrow_mut().shuffle(&mut items.0.borrow_mut());
         }
         Value::Array(a) if a.ndim() > 0 => {
+            let axis = c.axis(2, a.ndim())?.unwrap_or(0);
+            let mut order: Vec<usize> = (0..a.ndim()).filter(|&x| x != axis).collect();
+            order.insert(0, axis);
+            let a = &a.permute(&order);
             let n = a.shape()[0];
             c.eval.budget.allocate(n)?;
             let mut at: Vec<usize> = (0..n).collect();
