@@ -191,6 +191,11 @@ fn nothing_nested_exhausts_the_stack() {
     assert!(run(lists).is_err());
     assert!(run("x = []\nx.append(x)\nprint(x)\ny = np.array(x)").is_err());
     run("f = lambda: 0\nfor i in range(100000): f = (lambda g: lambda: g)(f)").unwrap();
+    for wrapper in ["np.vectorize", "functools.partial"] {
+        let code = format!("import functools\nf = abs\nfor i in range(200000): f = {wrapper}(f)\n");
+        run(&code).unwrap();
+        limited(&(code + "f(1)"), &Limits::default(), "levels of nested expressions and calls");
+    }
 }
 
 #[test]

@@ -109,7 +109,13 @@ impl Row {
             }
             Run::Each(f) => Ok(ufunc::put(&call, f(&call)?, 1)?),
             Run::Call(f) => Ok(f(&call)?),
-            Run::Back(f) => f(&call),
+            Run::Back(f) => {
+                // Functions that run functions can be put into each other without end.
+                eval.budget.enter()?;
+                let value = f(&call);
+                eval.budget.leave();
+                value
+            }
         }
     }
 }

@@ -85,11 +85,11 @@ const ROWS: &[Row] = &[
     Row::new("isinstance", "obj class", isinstance),
     Row::new("callable", "obj", |c| Ok(Value::bool(matches!(c.get(0)?.type_name(), "function" | "type")))),
     Row::new("type", "obj", |c| Ok(type_of(c.get(0)?))),
-    Row::new("hasattr", "obj name", |c| {
-        Ok(Value::bool(attribute::get(c.eval, c.get(0)?, c.text(1)?).is_ok()))
-    }),
-    Row::new("getattr", "obj name default?", |c| {
-        attribute::get(c.eval, c.get(0)?, c.text(1)?).or_else(|fault| c.get(2).cloned().map_err(|_| fault))
+    Row::new("hasattr", "obj name", |c| attribute_of(c).map(|found| Value::bool(found.is_some()))),
+    Row::new("getattr", "obj name default?", |c| match (attribute_of(c)?, c.get(2)) {
+        (Some(value), _) => Ok(value),
+        (None, Ok(default)) => Ok(default.clone()),
+        (None, Err(_)) => attribute::get(c.eval, c.get(0)?, c.text(1)?),
     }),
     Row::new("globals", "", |c| variables(c.eval, &c.eval.globals)),
     Row::new("locals", "", |c| variables(c.eval, &c.eval.globals)),
@@ -102,6 +102,14 @@ const ROWS: &[Row] = &[
         letter.map(|l| Value::str(l.to_string())).ok_or_else(|| c.problem("is not the number of a letter"))
     }),
 ];
+
+/// The attribute of the first argument that the second names, if there is one.
+fn attribute_of(c: &Call) -> Result<Option<Value>, Fault> {
+    match attribute::get(c.eval, c.get(0)?, c.text(1)?) {
+        Err(Fault::UnknownAttribute { .. }) => Ok(None),
+        found => found.map(Some),
+    }
+}
 
 /// The class of a value.
 fn type_of(value: &Value) -> Value {

@@ -48,7 +48,9 @@ pub const ROWS: &[Row] = &[
     }),
     Row::new("interp", "x xp fp left? right? period?", interp),
     Row::new("vectorize", "pyfunc otypes? doc? excluded? cache?", |c| {
-        Ok(Value::Method(std::rc::Rc::new((c.get(0)?.clone(), &VECTORIZED))))
+        // In a tuple, which is taken apart without recursion however deep it is.
+        let function = Value::tuple(vec![c.get(0)?.clone()]);
+        Ok(Value::Method(std::rc::Rc::new((function, &VECTORIZED))))
     }),
     Row::back("piecewise", "x condlist funclist", piecewise),
     Row::each("isreal", |c| test(c, |_| true)),
@@ -234,10 +236,12 @@ fn vectorized(c: &Call) -> Result<Value, Raised> {
     let count = budget.allocate_shape(&shape)?;
     let columns: Vec<Vec<Scalar>> =
         all.iter().map(|a| Ok(a.broadcast(&shape)?.to_scalars())).collect::<Result<_, Fault>>()?;
+    let held = c.get(0)?.items().unwrap_or_default();
+    let [function] = &held[..] else { return Err(c.problem("lost its function").into()) };
     let mut results = Vec::with_capacity(count);
     for i in 0..count {
         let positional = columns.iter().map(|column| Value::Number(column[i])).collect();
-        results.push(c.eval.call(c.get(0)?, Arguments { positional, keyword: Vec::new() })?);
+        results.push(c.eval.call(function, Arguments { positional, keyword: Vec::new() })?);
     }
     let flat = to_array(budget, &Value::list(results), None)?;
     Ok(Value::array(if flat.ndim() == 1 { flat.reshape(shape) } else { flat }))
