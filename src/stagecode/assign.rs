@@ -9,7 +9,7 @@ use ruff_text_size::Ranged;
 
 use super::error::{Fault, Raised};
 use super::eval::{Evaluator, Scope};
-use super::value::Value;
+use super::value::{Module, Value};
 use super::{attribute, index, operators};
 
 impl Evaluator {
@@ -28,6 +28,9 @@ impl Evaluator {
             }
             Expr::Attribute(t) => {
                 let owner = self.expr(&t.value, scope)?;
+                if let Value::Module(Module::Pictures) = owner {
+                    return Ok(());
+                }
                 let name = t.attr.as_str();
                 Err(attribute::refuse_assignment(&owner, name).into())
             }
@@ -36,7 +39,11 @@ impl Evaluator {
     }
 
     fn unpack(&self, targets: &[Expr], value: &Value, scope: &Rc<Scope>) -> Result<(), Raised> {
-        let mut items = self.collect(value)?;
+        let mut items = match value {
+            // `fig, ax = plt.subplots()`
+            Value::Module(Module::Pictures) => vec![value.clone(); targets.len()],
+            _ => self.collect(value)?,
+        };
         let star = targets.iter().position(|t| matches!(t, Expr::Starred(_)));
         let enough =
             if star.is_some() { items.len() + 1 >= targets.len() } else { items.len() == targets.len() };

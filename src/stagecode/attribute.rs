@@ -141,7 +141,7 @@ pub fn of_module(eval: &Evaluator, module: Module, name: &str) -> Result<Value, 
         Module::Linalg if name == "LinAlgError" => {
             Some(Value::Exception(Rc::new((name.to_owned(), String::new()))))
         }
-        Module::Random | Module::Linalg => None,
+        Module::Random | Module::Linalg | Module::Pictures => None,
     };
     if let Some(value) = constant {
         return Ok(value);
@@ -164,6 +164,7 @@ pub fn of_module(eval: &Evaluator, module: Module, name: &str) -> Result<Value, 
             let table = math_module::ROWS;
             ("math", table.iter().find(|r| r.name == name), table.iter().map(|r| r.name).collect())
         }
+        Module::Pictures => return Ok(Value::Module(module)),
     };
     if let Some(row) = row {
         return Ok(Value::Builtin(row));
@@ -217,6 +218,7 @@ fn elsewhere(module: Module) -> &'static str {
         Module::Math | Module::Standard(_) => {
             "write it with the functions of math that are there, or with those of np"
         }
+        Module::Pictures => "leave pictures out; only the clouds count",
     }
 }
 

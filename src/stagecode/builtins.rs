@@ -21,6 +21,7 @@ pub fn named(name: &str) -> Option<Value> {
     Some(match name {
         "np" | "numpy" => Value::Module(Module::Numpy),
         "math" => Value::Module(Module::Math),
+        "plt" => Value::Module(Module::Pictures),
         "__name__" => Value::str("__main__"),
         _ if EXCEPTIONS.contains(&name) => Value::Exception(Rc::new((name.to_owned(), String::new()))),
         _ => return ROWS.iter().find(|row| row.name == name).map(Value::Builtin),

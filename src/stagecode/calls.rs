@@ -12,7 +12,7 @@ use super::convert;
 use super::dict::Dict;
 use super::error::{Fault, Raised};
 use super::eval::{Evaluator, Flow, Scope};
-use super::value::{Body, Function, Value};
+use super::value::{Body, Function, Module, Value};
 
 impl Evaluator {
     /// The value of a call expression.
@@ -48,6 +48,7 @@ impl Evaluator {
                 method.1.call(self, arguments)
             }
             Value::Function(function) => self.call_function(function, arguments),
+            Value::Module(Module::Pictures) => Ok(function.clone()),
             Value::Dtype(dtype) => {
                 let value = arguments.positional.first().cloned().unwrap_or_else(|| Value::int(0));
                 Ok(Value::array(convert::to_array(&self.budget, &value, Some(*dtype))?))

@@ -1,4 +1,5 @@
-//! `import` statements: numpy, math and parts of the standard library under any name, and nothing else.
+//! `import` statements: numpy, math and parts of the standard library under any name, modules that draw pictures as something
+//! that does nothing, and nothing else.
 //!
 //! A statement and a scope come in; names in the scope, or a fault that says what to do, go out. Imports
 //! attributes of modules, values, faults.
@@ -65,16 +66,20 @@ fn module_named(name: &str) -> Option<Module> {
         "numpy.random" => Module::Random,
         "numpy.linalg" => Module::Linalg,
         "math" => Module::Math,
+        _ if PICTURES.contains(&name.split('.').next().unwrap_or(name)) => Module::Pictures,
         _ => return standard::module(name),
     })
 }
+
+/// Packages that draw pictures. Answers show their clouds with them, and only the clouds count.
+const PICTURES: &[&str] = &["matplotlib", "mpl_toolkits", "plotly", "pylab", "seaborn"];
 
 fn refusal(name: &str) -> Fault {
     let instead = match name {
         "scipy" | "scipy.spatial" | "scipy.spatial.transform" => {
             "write the formula with numpy; np.linalg has norm, inv and det"
         }
-        "matplotlib" | "matplotlib.pyplot" | "open3d" => "leave pictures out; only the clouds count",
+        "open3d" | "trimesh" | "pyvista" => "leave pictures out; only the clouds count",
         "dataclasses" => "use tuples and dicts",
         _ => "only numpy, math and harmless parts of the standard library can be imported",
     };

@@ -10,7 +10,7 @@ use super::error::Fault;
 use super::eval::Evaluator;
 use super::numpy_grid;
 use super::scalar::Scalar;
-use super::value::{Value, range_len};
+use super::value::{Module, Value, range_len};
 
 /// `owner[at]`.
 pub fn get(eval: &Evaluator, owner: &Value, at: &Value) -> Result<Value, Fault> {
@@ -67,7 +67,7 @@ pub fn get(eval: &Evaluator, owner: &Value, at: &Value) -> Result<Value, Fault> 
         }
         Value::Indexer(kind) => numpy_grid::indexer(eval, *kind, at),
         // `list[float]` and the like stand in annotations.
-        Value::Builtin(_) | Value::Type(_) => Ok(owner.clone()),
+        Value::Builtin(_) | Value::Type(_) | Value::Module(Module::Pictures) => Ok(owner.clone()),
         other => Err(Fault::kind(format!("a {} has no items to take by index", other.type_name()))),
     }
 }
@@ -100,6 +100,7 @@ pub fn set(eval: &Evaluator, owner: &Value, at: &Value, value: Value) -> Result<
             eval.budget.charge(1)?;
             dict.0.borrow_mut().insert(at, value).map(drop)
         }
+        Value::Module(Module::Pictures) => Ok(()),
         other => Err(Fault::kind(format!("items of a {} cannot be set", other.type_name()))),
     }
 }

@@ -6,7 +6,7 @@
 use super::array::Array;
 use super::error::Fault;
 use super::eval::Evaluator;
-use super::value::{Iter, Value, range_len};
+use super::value::{Iter, Module, Value, range_len};
 
 /// The items of a value, one at a time.
 pub enum Steps {
@@ -36,6 +36,7 @@ impl Steps {
                 Self::Items(letters.into_iter())
             }
             Value::Iter(iter) => Self::Shared(iter.clone()),
+            Value::Module(Module::Pictures) => Self::Items(Vec::new().into_iter()),
             other => return Err(Fault::kind(format!("a {} has no items to go through", other.type_name()))),
         })
     }

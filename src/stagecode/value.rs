@@ -81,6 +81,8 @@ pub enum Module {
     Math,
     /// One of the standard library, by its name.
     Standard(&'static str),
+    /// Whatever draws pictures, its functions and what they return: nothing comes of it.
+    Pictures,
 }
 
 /// The objects of numpy that are used with brackets.
