@@ -84,12 +84,23 @@ def is_cloud(value):
     return isinstance(value, np.ndarray) and value.ndim == 2 and value.shape[1] == 3 and value.dtype.kind in "iuf"
 
 
+def cloud_of(points):
+    """The array of a list of points; the list itself where it is none."""
+    try:
+        array = np.asarray(points)
+    except Exception:
+        return points
+    return array if is_cloud(array) else points
+
+
 def capture(request):
     if request["name"] not in space:
         return {"kind": "missing"}, b""
     value = space[request["name"]]
     if isinstance(value, (int, float, np.number)) and not isinstance(value, (bool, complex)):
         value = np.asarray(float(value))
+    if isinstance(value, (list, tuple)):
+        value = cloud_of(value)
     if not isinstance(value, np.ndarray) or value.dtype.kind not in "iuf":
         return {"kind": "other", "type": type(value).__name__}, b""
     if value.size > limits["elements"]:

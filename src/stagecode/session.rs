@@ -8,7 +8,9 @@ use std::rc::Rc;
 
 use ruff_python_ast::Stmt;
 
+use super::array::Array;
 use super::calls::place_of;
+use super::convert;
 use super::error::CodeError;
 use super::eval::{Evaluator, Flow, Scope};
 use super::limits::Limits;
@@ -42,7 +44,7 @@ pub trait Interpreter {
     fn run(&mut self, code: &str, first_line: usize, indent: usize) -> Result<(), CodeError>;
     /// The number that a formula such as `4/3 * pi` stands for, worked out without touching the namespace.
     fn formula(&mut self, text: &str) -> Option<f64>;
-    /// The variable of a name.
+    /// The variable of a name; a list of points, (x, y, z) each, counts as the array of them.
     fn capture(&mut self, name: &str) -> Captured;
     /// Names of all variables that hold an array of points, (n, 3), in alphabetical order.
     fn clouds(&mut self) -> Vec<String>;
@@ -106,7 +108,7 @@ impl Session {
         Some(self.eval.expr(&statement.value, &scope).ok()?.as_scalar()?.float())
     }
 
-    /// The variable of a name.
+    /// The variable of a name. A list of points counts as the array of them.
     pub fn capture(&self, name: &str) -> Captured {
         match self.eval.globals.variables.borrow().get(name) {
             None => Captured::Missing,
@@ -114,7 +116,10 @@ impl Session {
                 Captured::Array { shape: a.shape().to_vec(), values: a.to_floats() }
             }
             Some(Value::Number(n)) => Captured::Array { shape: Vec::new(), values: vec![n.float()] },
-            Some(other) => Captured::Other(other.type_name().to_owned()),
+            Some(other) => match self.list_of_points(other) {
+                Some(a) => Captured::Array { shape: a.shape().to_vec(), values: a.to_floats() },
+                None => Captured::Other(other.type_name().to_owned()),
+            },
         }
     }
 
@@ -126,6 +131,15 @@ impl Session {
             variables.iter().filter(|(_, v)| cloud(v)).map(|(k, _)| k.clone()).collect();
         names.sort_unstable();
         names
+    }
+
+    /// The array of a list of points that `np.array` was not called on.
+    fn list_of_points(&self, value: &Value) -> Option<Array> {
+        if !matches!(value, Value::List(_) | Value::Tuple(_)) {
+            return None;
+        }
+        let array = convert::to_array(&self.eval.budget, value, None).ok()?;
+        (array.ndim() == 2 && array.shape()[1] == 3 && array.dtype() != Dtype::Bool).then_some(array)
     }
 
     /// Breaks the circles in which functions hold the namespace that holds them.
