@@ -42,7 +42,7 @@ pub fn stages_by(interpreter: &mut dyn Interpreter, text: &str) -> Result<Answer
 /// The answer taken apart, if there is anything to run in it.
 fn parsed(text: &str) -> Result<Reply, AnswerError> {
     let reply = Reply::parse(text);
-    if let Some(line) = reply.unclosed_fence {
+    if let Some(line) = reply.unclosed_fence.filter(|_| !reply.ends_whole()) {
         return Err(AnswerError::UnclosedFence { line });
     }
     if reply.steps.is_empty() {
@@ -57,37 +57,97 @@ fn parsed(text: &str) -> Result<Reply, AnswerError> {
 fn run(code: &mut dyn Interpreter, reply: &Reply) -> Result<Answer, AnswerError> {
     let mut answer = Answer { stages: Vec::new(), warnings: Vec::new() };
     let mut checks = Checks::default();
+    if let Some(line) = reply.unclosed_fence {
+        answer
+            .warnings
+            .push(format!("the code fence of line {line} is never closed; it ends with the answer"));
+    }
+    let any_sure = reply.steps.iter().flat_map(|s| &s.code).any(|block| block.sure);
     for block in &reply.preamble {
-        let done = code.run(&block.text, block.first_line, block.indent);
-        done.map_err(|error| AnswerError::Code { step: 0, error })?;
+        if let Err(error) = code.run(&block.text, block.first_line, block.indent) {
+            let error = AnswerError::Code { step: 0, error };
+            if block.sure || !any_sure {
+                return Err(error);
+            }
+            answer.warnings.push(left_out(&error));
+        }
     }
     for step in &reply.steps {
-        let tool = tool(step, &mut answer.warnings)?;
-        if step.code.is_empty() && (tool.is_some() || !step.outputs.names.is_empty()) {
-            return Err(AnswerError::StepWithoutCode { line: step.line, step: step.step });
-        }
-        let before = code.clouds();
-        for block in &step.code {
-            let done = code.run(&block.text, block.first_line, block.indent);
-            done.map_err(|error| AnswerError::Code { step: step.step, error })?;
-        }
-        if step.code.is_empty() {
+        if is_empty(step) {
+            if step.step > 0 {
+                answer.warnings.push(format!("step {} has neither tool nor code and is left out", step.step));
+            }
             continue;
         }
+        let tool = tool(step, &mut answer.warnings)?;
+        if step.code.is_empty() {
+            if tool.is_some() {
+                return Err(AnswerError::StepWithoutCode { line: step.line, step: step.step });
+            }
+            answer.warnings.push(format!("step {} has no code and is left out", step.step));
+            continue;
+        }
+        let before = code.clouds();
+        let (ran, failed) = run_step(code, step)?;
+        answer.warnings.extend(failed.iter().map(left_out));
+        let outputs = match outputs(code, step, &before, &mut answer.warnings) {
+            Ok(outputs) => outputs,
+            Err(AnswerError::NoOutput { .. }) if tool.is_none() && failed.is_empty() => {
+                answer.warnings.push(format!("step {} shapes nothing and is left out", step.step));
+                continue;
+            }
+            // What was left out was needed.
+            Err(error) => return Err(failed.into_iter().next().unwrap_or(error)),
+        };
         let stage = Stage {
             step: step.step,
             title: step.title.clone(),
             tool,
             inputs: inputs(step, &answer.stages),
-            outputs: outputs(code, step, &before, &mut answer.warnings)?,
+            outputs,
             stated_location: locations(code, step),
-            stated_volume: volumes(code, step),
-            code: step.code.iter().map(|b| b.text.as_str()).collect::<Vec<_>>().join("\n"),
+            stated_volume: volumes(code, step, &mut answer.warnings),
+            code: ran.join("\n"),
         };
         checks.stage(&stage, &mut answer.warnings);
         answer.stages.push(stage);
     }
     Ok(answer)
+}
+
+/// Whether a step says nothing that a plan could use: a remark under a heading of its own.
+fn is_empty(step: &StepText) -> bool {
+    let says_nothing = step.code.is_empty() && step.tools.is_empty() && step.outputs.names.is_empty();
+    // A heading with nothing below it is one at which the answer was cut off.
+    says_nothing && (step.step == 0 || step.has_body && tools::mentioned_in(&step.title).is_empty())
+}
+
+/// Runs the code of a step. Returns the blocks that ran, and why others did not that the step can do without: those that
+/// do not say that they are Python, beside some that do, and those behind the step's fields, such as pictures.
+fn run_step<'a>(
+    code: &mut dyn Interpreter,
+    step: &'a StepText,
+) -> Result<(Vec<&'a str>, Vec<AnswerError>), AnswerError> {
+    let (mut ran, mut failed) = (Vec::new(), Vec::new());
+    let any_sure = step.code.iter().any(|block| block.sure);
+    for block in &step.code {
+        let behind = |line| step.code[0].first_line < line && line < block.first_line;
+        match code.run(&block.text, block.first_line, block.indent) {
+            Ok(()) => ran.push(block.text.as_str()),
+            Err(error) => {
+                let error = AnswerError::Code { step: step.step, error };
+                if !(any_sure && !block.sure || step.output_line.is_some_and(behind)) {
+                    return Err(error);
+                }
+                failed.push(error);
+            }
+        }
+    }
+    Ok((ran, failed))
+}
+
+fn left_out(error: &AnswerError) -> String {
+    format!("a block of code fails and is left out: {error}")
 }
 
 /// The canonical name of the step's tool; `None` where it says none (or is step 0 and says nothing).
@@ -108,7 +168,7 @@ fn tool(step: &StepText, warnings: &mut Vec<String>) -> Result<Option<String>, A
         ([one], _) => Ok(Some((*one).to_owned())),
         ([], false) => Ok(None),
         ([], true) if number == 0 => Ok(None),
-        ([], true) => match tools::named_in(&step.title)[..] {
+        ([], true) => match tools::mentioned_in(&step.title)[..] {
             [one] => {
                 warnings.push(format!("step {number} has no line `tool name:`; its title says {one}"));
                 Ok(Some(one.to_owned()))
@@ -189,9 +249,18 @@ fn cloud(code: &mut dyn Interpreter, name: &str, line: usize, step: u32) -> Resu
 
 /// The stated volumes as numbers. Formulas such as `4/3 * pi` are worked out by the interpreter, under the
 /// same limits as everything else; what is no number is left out.
-fn volumes(code: &mut dyn Interpreter, step: &StepText) -> BTreeMap<String, f64> {
-    let all = step.volumes.iter();
-    all.filter_map(|(name, text)| Some((name.clone(), number(code, text)?))).collect()
+fn volumes(code: &mut dyn Interpreter, step: &StepText, warnings: &mut Vec<String>) -> BTreeMap<String, f64> {
+    let mut out = BTreeMap::new();
+    for (name, text) in &step.volumes {
+        match number(code, text) {
+            Some(volume) => drop(out.insert(name.clone(), volume)),
+            None => {
+                let (number, text) = (step.step, text.chars().take(60).collect::<String>());
+                warnings.push(format!("step {number}: the stated volume of `{name}` is no number: {text}"));
+            }
+        }
+    }
+    out
 }
 
 /// The stated locations, worked out in the same way.

@@ -1,7 +1,7 @@
 //! The fields of a step: `tool name:`, `in var name:`, `out var name:`, `loc:`, `vol:`.
 //!
 //! Lines of prose come in; fields with their raw values go out (`values` reads those). Keys are recognised at the
-//! start of a line, behind a comma, or in a row of a table, in many spellings. Imports nothing.
+//! start of a line, behind a comma, in a row of a table or as a heading, in many spellings. Imports nothing.
 
 /// What a field states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +18,30 @@ pub enum Field {
     Locations,
     /// How large they are.
     Volumes,
+}
+
+/// A field as it stands in the text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// Line of the key.
+    pub line: usize,
+    /// What it states.
+    pub field: Field,
+    /// Whether the key is one that nobody writes by chance, such as `tool name`; "Output: a flat cylinder" may be a
+    /// line of a derivation.
+    pub sure: bool,
+    /// What stands behind the key.
+    pub value: String,
+}
+
+/// A key in a line.
+struct Key {
+    field: Field,
+    sure: bool,
+    /// Where it starts.
+    start: usize,
+    /// Where its value starts.
+    value: usize,
 }
 
 /// Spellings of the keys, in lower case, a blank for each of ` _-`; longer ones stand before their beginnings.
@@ -59,6 +83,7 @@ const KEYS: &[(&str, Field)] = &[
     ("input piece", Field::Inputs),
     ("inputs", Field::Inputs),
     ("input", Field::Inputs),
+    ("in", Field::Inputs),
     ("out var names", Field::Outputs),
     ("out var name", Field::Outputs),
     ("out vars", Field::Outputs),
@@ -83,6 +108,7 @@ const KEYS: &[(&str, Field)] = &[
     ("output piece", Field::Outputs),
     ("outputs", Field::Outputs),
     ("output", Field::Outputs),
+    ("out", Field::Outputs),
     ("variable names", Field::Outputs),
     ("variable name", Field::Outputs),
     ("var names", Field::Outputs),
@@ -106,9 +132,10 @@ const TAILS: &[&str] =
 /// Dashes, as bullets and between a key and its value.
 pub const DASHES: &[char] = &['-', '‐', '‑', '‒', '–', '—', '―', '−'];
 
-/// The line without bullets, numbers, heading marks and emphasis at its start.
+/// The line without bullets, numbers, heading marks and emphasis at its start, backslashes before plain signs, and
+/// breaks at its end.
 pub fn without_markup(line: &str) -> String {
-    let mut rest = line.trim_start();
+    let mut rest = line.trim().trim_end_matches("<br>");
     loop {
         let before = rest;
         rest =
@@ -119,64 +146,156 @@ pub fn without_markup(line: &str) -> String {
             rest = &rest[digits + 1..];
         }
         if rest == before {
-            return rest.to_owned();
+            return without_escapes(rest);
         }
     }
 }
 
-/// All fields in lines of prose: line number, field, raw value. A value goes on over the next lines while
-/// its brackets are open, and over a list below a key that has nothing behind it.
-pub fn read(lines: &[(usize, String)]) -> Vec<(usize, Field, String)> {
-    let mut out = Vec::new();
-    let mut at = 0;
-    while at < lines.len() {
-        let (number, line) = &lines[at];
-        let mut text = without_markup(line);
-        at += 1;
-        let Some(&(_, _, last)) = keys_in(&text).last() else { continue };
-        let follows = |at: usize| at < lines.len() && lines[at].0 == lines[at - 1].0 + 1;
-        if bare(&text[last..]).is_empty() {
-            while follows(at) && is_item_below(line, &lines[at].1) {
-                text.push_str(" , ");
-                text.push_str(bare(&without_markup(&lines[at].1)));
-                at += 1;
-            }
-        }
-        while open_brackets(&text) > 0 && follows(at) && !lines[at].1.trim().is_empty() {
-            text.push(' ');
-            text.push_str(&without_markup(&lines[at].1));
-            at += 1;
-        }
-        let keys = keys_in(&text);
-        for (i, &(field, _, start)) in keys.iter().enumerate() {
-            let end = keys.get(i + 1).map_or(text.len(), |next| next.1);
-            out.push((*number, field, bare(&text[start..end]).to_owned()));
+/// The text without the backslashes of markdown: `disc\_cloud`, `\["disc"\]`.
+fn without_escapes(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut signs = text.chars().peekable();
+    while let Some(c) = signs.next() {
+        if c != '\\' || !signs.peek().is_some_and(|next| "_[](){}*#`".contains(*next)) {
+            out.push(c);
         }
     }
     out
 }
 
-/// A value without what surrounds it.
-fn bare(value: &str) -> &str {
-    value.trim().trim_end_matches([',', ';', '|', '/', ' ', '*', '_']).trim_start_matches(['*', ',', ' '])
+/// The line without markup; a heading that is nothing but a key, such as `#### Tool name`, gets a colon.
+fn keyed(line: &str) -> String {
+    let mut text = without_markup(line);
+    if ["#", "**", "__"].iter().any(|mark| line.trim_start().starts_with(mark)) {
+        let word = text.trim_end_matches(['*', '_', '#', ' ']);
+        let same = |key: &str| word.eq_ignore_ascii_case(key);
+        if KEYS.iter().any(|(key, _)| same(key)) {
+            text = format!("{word}:");
+        }
+    }
+    text
 }
 
-/// Whether a line is an item of a list under `key`: a bullet that stands further right, and no field.
+/// All fields in lines of prose. A value goes on over the next lines while its brackets are open; behind a key with
+/// nothing behind it stands what is below: a list, or a line.
+pub fn read(lines: &[(usize, String)]) -> Vec<Found> {
+    let mut out = Vec::new();
+    let mut at = 0;
+    while at < lines.len() {
+        let (line, written) = &lines[at];
+        let mut text = keyed(written);
+        at += 1;
+        let Some(last) = keys_in(&text).pop() else { continue };
+        if bare(&text[last.value..]).is_empty() {
+            at = add_value_below(&mut text, last.field, lines, at);
+        }
+        let mut depth = open_brackets(&text);
+        while depth > 0 && follows(lines, at) && !lines[at].1.trim().is_empty() {
+            let more = without_markup(&lines[at].1);
+            depth += open_brackets(&more);
+            text.push(' ');
+            text.push_str(&more);
+            at += 1;
+        }
+        let keys = keys_in(&text);
+        for (i, key) in keys.iter().enumerate() {
+            let end = keys.get(i + 1).map_or(text.len(), |next| next.start);
+            let value = bare(&text[key.value..end]).to_owned();
+            out.push(Found { line: *line, field: key.field, sure: key.sure, value });
+        }
+    }
+    out
+}
+
+/// Whether there is a line that stands right behind the one before it, without code in between.
+fn follows(lines: &[(usize, String)], at: usize) -> bool {
+    lines.get(at).is_some_and(|line| line.0 == lines[at - 1].0 + 1)
+}
+
+/// Adds to a key the value that stands below it; `at` is the next line. Returns the line behind the value.
+fn add_value_below(text: &mut String, field: Field, lines: &[(usize, String)], at: usize) -> usize {
+    let key = &lines[at - 1].1;
+    let mut next = at;
+    while follows(lines, next) && lines[next].1.trim().is_empty() {
+        next += 1;
+    }
+    let (mut items, mut first) = (0, true);
+    while follows(lines, next) {
+        let line = &lines[next].1;
+        let item = is_item_below(key, line);
+        let pair = matches!(field, Field::Locations | Field::Volumes) && is_pair(line);
+        if !(item || pair || first && is_value(field, line)) {
+            break;
+        }
+        text.push_str(if first { " " } else { " , " });
+        let value = without_markup(line);
+        // What is still open ends with a comma that counts.
+        text.push_str(if open_brackets(&value) > 0 { &value } else { bare(&value) });
+        (items, first) = (items + 1, false);
+        next += 1;
+        if !(item || pair) {
+            break;
+        }
+    }
+    if items == 0 { at } else { next }
+}
+
+/// A value without what surrounds it.
+fn bare(value: &str) -> &str {
+    value
+        .trim()
+        .trim_end_matches("->")
+        .trim_end_matches([',', ';', '|', '/', ' ', '*', '_', '→'])
+        .trim_start_matches(['*', ',', ' '])
+}
+
+/// Whether a line is an item of a list under `key`: a bullet that is no field, and stands further right or below a
+/// key that is no bullet itself.
 fn is_item_below(key: &str, line: &str) -> bool {
     let indent = |l: &str| l.len() - l.trim_start().len();
-    let body = line.trim_start();
-    let bullet = body.starts_with(['*', '+', '•', '◦', '▪']) || body.starts_with(DASHES);
-    bullet && indent(line) > indent(key) && keys_in(&without_markup(line)).is_empty()
+    let bullet = |l: &str| {
+        let body = l.trim_start();
+        let mark = body.starts_with(['*', '+', '•', '◦', '▪']) || body.starts_with(DASHES);
+        mark && !body.starts_with("**") && !body.starts_with("---")
+    };
+    let below = indent(line) > indent(key) || indent(line) == indent(key) && !bullet(key);
+    bullet(line) && below && !is_field(line)
+}
+
+/// Whether a line gives something to one name: `disc: 2.0`.
+fn is_pair(line: &str) -> bool {
+    let text = without_markup(line);
+    let Some((name, value)) = text.split_once([':', '=']) else { return false };
+    let name = name.trim().trim_matches(['"', '\'', '`', '*']);
+    let one_word = !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_');
+    one_word && value.contains(|c: char| c.is_ascii_digit()) && !is_field(line)
+}
+
+/// Whether a line that stands alone below a key may be its value.
+fn is_value(field: Field, line: &str) -> bool {
+    let text = without_markup(line);
+    let text = text.trim();
+    if text.is_empty() || line.trim_start().starts_with(['#', '|']) || is_field(line) {
+        return false;
+    }
+    let opened = text.starts_with(['{', '[', '(', '"', '\'', '`', '$']);
+    // "derivation: V = 4.19" begins something else.
+    let label = text.split_once(':').is_some_and(|(before, _)| before.split_whitespace().count() <= 4);
+    match field {
+        Field::Locations | Field::Volumes => opened || text.starts_with(|c: char| c.is_ascii_digit()),
+        Field::Tool => !label && !text.contains('='),
+        _ => opened || !label,
+    }
+}
+
+/// What the fields in a line state.
+pub fn stated_in(line: &str) -> impl Iterator<Item = Field> {
+    keys_in(&keyed(line)).into_iter().map(|key| key.field)
 }
 
 /// Whether the line holds a field.
 pub fn is_field(line: &str) -> bool {
-    !keys_in(&without_markup(line)).is_empty()
-}
-
-/// Whether the line names a tool.
-pub fn is_tool(line: &str) -> bool {
-    keys_in(&without_markup(line)).iter().any(|key| key.0 == Field::Tool)
+    stated_in(line).next().is_some()
 }
 
 fn open_brackets(text: &str) -> isize {
@@ -187,19 +306,24 @@ fn open_brackets(text: &str) -> isize {
     })
 }
 
-/// Keys outside brackets: field, where the key starts, where its value starts.
-fn keys_in(text: &str) -> Vec<(Field, usize, usize)> {
-    let mut found: Vec<(Field, usize, usize)> = Vec::new();
+/// Keys outside brackets.
+fn keys_in(text: &str) -> Vec<Key> {
+    let mut found: Vec<Key> = Vec::new();
     let (mut depth, mut may_start, mut word) = (0isize, true, true);
     for (at, c) in text.char_indices() {
         // The long keys are unmistakable, wherever a word begins.
         if (may_start || word && !found.is_empty())
             && depth == 0
-            && found.last().is_none_or(|last| last.2 <= at)
+            && found.last().is_none_or(|last| last.value <= at)
             && let Some((field, key, value)) = key_at(text, at)
             && (may_start || key.contains(" var"))
         {
-            found.push((field, at, value));
+            let sure = match field {
+                Field::Inputs | Field::Outputs => key.contains(" var"),
+                Field::Locations | Field::Volumes => matches!(key, "loc" | "vol"),
+                Field::Tool | Field::Title => key.contains(' '),
+            };
+            found.push(Key { field, sure, start: at, value });
         }
         match c {
             '[' | '(' | '{' => depth += 1,
@@ -246,17 +370,32 @@ fn value_start(text: &str, end: usize, key: &str, field: Field) -> Option<usize>
         let name = of[..colon].trim_start_matches("the ").trim_start_matches(['`', '"', '\'']);
         return Some(text.len() - of.len() + colon - name.len());
     }
+    let several_words = key.contains(' ');
+    let short = matches!(key, "tool" | "loc" | "vol");
+    // "vol (approx.): {..}"
+    if (several_words || short)
+        && let Some(remark) = rest.trim_start_matches(['*', ' ']).strip_prefix('(')
+        && let Some((_, behind)) = remark.split_once(')')
+        && behind.trim_start_matches(['*', '_', '`', ' ']).starts_with([':', '='])
+    {
+        rest = behind;
+    }
     let body = rest.trim_start_matches(['*', '_', '`', '"', ' ']);
     let start = |rest: &str| text.len() - rest.len();
     if let Some(value) = body.strip_prefix([':', '=', '→']) {
         return Some(start(value.trim_start_matches(['`', '*', ' ', '='])));
     }
     let apart = rest.starts_with([' ', '*', '`']);
+    if several_words
+        && apart
+        && let Some(value) = body.strip_prefix("is ")
+    {
+        return Some(start(value));
+    }
     if apart && body.starts_with('|') {
         return Some(start(&body[1..]));
     }
-    let several_words = key.contains(' ');
-    if apart && body.starts_with(DASHES) && (several_words || matches!(key, "tool" | "loc" | "vol")) {
+    if apart && body.starts_with(DASHES) && (several_words || short) {
         return Some(start(body.trim_start_matches(DASHES)));
     }
     let opened = body.starts_with(['[', '{', '"', '\'']) || rest.trim_start().starts_with('`');
@@ -268,7 +407,7 @@ mod tests {
     use super::*;
 
     fn one(line: &str) -> Vec<(Field, String)> {
-        read(&[(1, line.to_owned())]).into_iter().map(|(_, f, v)| (f, v)).collect()
+        read(&[(1, line.to_owned())]).into_iter().map(|f| (f.field, f.value)).collect()
     }
 
     #[test]
@@ -285,6 +424,9 @@ mod tests {
             "`tool name`: [Rolling pin]",
             "\"tool name\": [Rolling pin],",
             "— Tools: [Rolling pin]",
+            "tool name (one of the four): [Rolling pin]",
+            "The tool name is [Rolling pin]",
+            "tool\\_name: \\[Rolling pin\\]<br>",
         ] {
             assert_eq!(one(line), [(Field::Tool, "[Rolling pin]".to_owned())], "{line}");
         }
@@ -341,16 +483,46 @@ mod tests {
             (5..).zip(["loc: {", "  \"a\": (1, 2, 3),", "}", "vol: {\"a\": 1}"].map(String::from)).collect();
         let found = read(&lines);
         assert_eq!(found.len(), 2);
-        assert_eq!((found[0].0, found[1].0), (5, 8));
-        assert_eq!(found[0].2, "{ \"a\": (1, 2, 3), }");
+        assert_eq!((found[0].line, found[1].line), (5, 8));
+        assert_eq!(found[0].value, "{ \"a\": (1, 2, 3), }");
+    }
+
+    /// Fields of a text of several lines, but for those without a value.
+    fn several(text: &str) -> Vec<(Field, String)> {
+        let lines: Vec<(usize, String)> = (1..).zip(text.lines().map(String::from)).collect();
+        read(&lines).into_iter().filter(|f| !f.value.is_empty()).map(|f| (f.field, f.value)).collect()
     }
 
     #[test]
     fn values_may_be_lists_below_their_key() {
-        let text = "- **Vol**:\n    - ball: 4.19\n    - disc: 4.18\n- Out var name:\n  * disc\n- not an item";
-        let lines: Vec<(usize, String)> = (1..).zip(text.lines().map(String::from)).collect();
-        let found: Vec<(Field, String)> = read(&lines).into_iter().map(|(_, f, v)| (f, v)).collect();
-        let wanted = [(Field::Volumes, "ball: 4.19 , disc: 4.18"), (Field::Outputs, "disc")];
-        assert_eq!(found, wanted.map(|(f, v)| (f, v.to_owned())));
+        for text in [
+            "- **Vol**:\n    - ball: 4.19\n    - disc: 4.18\n- Out var name:\n  * disc\n- not an item",
+            "vol:\n- ball: 4.19\n- disc: 4.18\nOut var name:\n\n* disc\n\nNo item.",
+            "#### Vol\nball: 4.19\ndisc: 4.18\n#### Out var name\ndisc\n#### Remarks",
+        ] {
+            let wanted = [(Field::Volumes, "ball: 4.19 , disc: 4.18"), (Field::Outputs, "disc")];
+            assert_eq!(several(text), wanted.map(|(f, v)| (f, v.to_owned())), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_value_may_be_the_line_below_its_key() {
+        for text in [
+            "tool name:\nrolling pin\nderivation:\nV",
+            "#### Tool name\n\nrolling pin",
+            "**Tool name**\nrolling pin",
+            "- Tool:\n  rolling pin",
+        ] {
+            assert_eq!(several(text), [(Field::Tool, "rolling pin".to_owned())], "{text}");
+        }
+        assert_eq!(several("vol:\n{\"a\": 1,\n\"b\": 2}"), [(Field::Volumes, "{\"a\": 1, \"b\": 2}".into())]);
+        for text in [
+            "tool name:\nderivation: V = 4",
+            "vol:\nThe volume stays.",
+            "tool name:\n### Step 1",
+            "loc:\n---",
+        ] {
+            assert!(several(text).is_empty(), "{text}");
+        }
     }
 }

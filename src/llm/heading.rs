@@ -2,6 +2,8 @@
 //!
 //! A line comes in; number, title and how surely it is a heading go out. Imports `fields`.
 
+use std::borrow::Cow;
+
 use super::fields::{self, DASHES};
 
 /// The heading of a step.
@@ -11,28 +13,38 @@ pub struct Heading {
     pub step: u32,
     /// The rest of the line.
     pub title: String,
-    /// How it is marked: 3 by `#`, 2 by bold type or brackets around the number, 1 by nothing.
+    /// How it is marked: 8 by `#` to 3 by `######`, 2 by bold type or brackets around the number, 1 by nothing.
     pub rank: u8,
 }
+
+/// The rank of `### Step N`, the form that the prompt asks for.
+pub const ASKED_RANK: u8 = 6;
 
 /// Numbers that are written out.
 const WORDS: [&str; 11] =
     ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"];
 
-/// Headings of what comes after the last step.
+/// The same in Roman numerals, from one on.
+const ROMAN: [&str; 10] = ["i", "ii", "iii", "iv", "v", "vi", "vii", "viii", "ix", "x"];
+
+/// Headings of what comes after the last step, each also with an s.
 const ENDINGS: &[&str] = &[
     "summary",
     "conclusion",
     "recap",
     "overview",
+    "result",
     "verification",
     "visualization",
     "visualisation",
     "plotting",
-    "notes",
     "note",
-    "remarks",
-    "final",
+    "remark",
+    "final answer",
+    "final result",
+    "final summary",
+    "final code",
+    "final script",
     "complete code",
     "complete script",
     "full code",
@@ -46,8 +58,12 @@ const ENDINGS: &[&str] = &[
 
 /// The heading of a step such as `### Step 2: Roll it` or `Step [2]: Roll it`.
 pub fn step(line: &str) -> Option<Heading> {
+    let line = &*without_tag(line);
     let plain = fields::without_markup(line);
-    let rest = strip_word(&plain, "step").or_else(|| strip_word(&plain, "stage"))?;
+    // Pictures and brackets may stand before the word of a marked heading.
+    let plain =
+        if rank(line) > 1 { plain.trim_start_matches(|c: char| !c.is_alphanumeric()) } else { &plain };
+    let rest = strip_word(plain, "step").or_else(|| strip_word(plain, "stage"))?;
     let opened = rest.trim_start_matches([' ', '#', '*', '_']);
     let opened = if rest.starts_with(DASHES) { &opened[opened.chars().next()?.len_utf8()..] } else { opened };
     let body = opened.trim_start_matches(['[', '(']);
@@ -73,7 +89,7 @@ pub fn numbered(line: &str) -> Option<Heading> {
     let digits = marked.chars().take_while(char::is_ascii_digit).count();
     let step = marked[..digits].parse().ok()?;
     let title = marked[digits..].strip_prefix(['.', ')', ':'])?;
-    title.starts_with([' ', '*']).then(|| Heading { step, title: tidy(title), rank: 3 })
+    title.starts_with([' ', '*']).then(|| Heading { step, title: tidy(title), rank: rank(line) })
 }
 
 /// The heading of a step in an answer that is a plain list: `2. Roll it` or `2) **Roll it**` at the margin.
@@ -85,14 +101,16 @@ pub fn listed(line: &str) -> Option<Heading> {
     heads.then(|| Heading { step, title: tidy(title), rank: 1 })
 }
 
-/// Whether the line begins what follows the steps, such as `## Summary`.
-pub fn ends_steps(line: &str) -> bool {
-    if rank(line) == 1 {
-        return false;
+/// How the line is marked if it may head what follows the steps, such as `## Summary` or `**Note:** ..`. Items of
+/// lists and quotes head nothing.
+pub fn ending(line: &str) -> Option<u8> {
+    if !line.trim_start().starts_with(['#', '*', '_']) || line.trim_start().starts_with("* ") {
+        return None;
     }
     let plain = fields::without_markup(line).to_lowercase();
-    let whole = |rest: &str| !rest.starts_with(char::is_alphanumeric);
-    ENDINGS.iter().any(|word| plain.strip_prefix(word).is_some_and(whole))
+    let whole = |rest: &str| !rest.strip_prefix('s').unwrap_or(rest).starts_with(char::is_alphanumeric);
+    let named = ENDINGS.iter().any(|word| plain.strip_prefix(word).is_some_and(whole));
+    (named && rank(line) > 1).then(|| rank(line))
 }
 
 fn rank(line: &str) -> u8 {
@@ -100,9 +118,22 @@ fn rank(line: &str) -> u8 {
     let digits = body.chars().take_while(char::is_ascii_digit).count();
     let body = body[digits..].trim_start_matches(['.', ')', ' ']);
     match body.as_bytes() {
-        [b'#', ..] => 3,
+        [b'#', ..] => 9 - body.bytes().take(6).take_while(|&b| b == b'#').count() as u8,
         [b'*', b'*', ..] | [b'_', b'_', ..] => 2,
         _ => 1,
+    }
+}
+
+/// A heading of HTML, `<h3>Roll it</h3>`, as one of markdown; other lines as they are.
+fn without_tag(line: &str) -> Cow<'_, str> {
+    let body = line.trim();
+    let level = body.strip_prefix("<h").and_then(|b| b.chars().next()?.to_digit(7));
+    match (level, body.split_once('>')) {
+        (Some(level @ 1..), Some((_, rest))) => {
+            let title = rest.split("</").next().unwrap_or("");
+            Cow::Owned(format!("{} {title}", "#".repeat(level as usize)))
+        }
+        _ => Cow::Borrowed(line),
     }
 }
 
@@ -112,7 +143,8 @@ fn numeral(text: &str) -> Option<(u32, &str)> {
     if digits > 0 {
         return Some((text[..digits].parse().ok()?, &text[digits..]));
     }
-    let word = (0..).zip(WORDS).find_map(|(n, word)| Some((n, strip_word(text, word)?)));
+    let words = (0..).zip(WORDS).chain((1..).zip(ROMAN));
+    let word = words.into_iter().find_map(|(n, word)| Some((n, strip_word(text, word)?)));
     word.or_else(|| strip_word(text, "n").and_then(|rest| numeral(rest.strip_prefix('=')?)))
 }
 
@@ -166,6 +198,10 @@ mod tests {
             "> ### Step 2 | Roll it",
             "### Step 2 Roll it ###",
             "\tStep [N=2]: Roll it",
+            "### [Step 2] Roll it",
+            "### \u{2705} Step 2: Roll it",
+            "### Step II: Roll it",
+            "<h3>Step 2: Roll it</h3>",
         ] {
             let found = step(line).map(|h| (h.step, h.title));
             assert_eq!(found, Some((2, "Roll it".to_owned())), "{line}");
@@ -198,8 +234,26 @@ mod tests {
     }
 
     #[test]
-    fn a_summary_ends_the_steps() {
-        assert!(ends_steps("## Summary of the plan") && ends_steps("**Final result:**"));
-        assert!(!ends_steps("Summary") && !ends_steps("### Noteworthy") && !ends_steps("#### Code"));
+    fn a_summary_may_end_the_steps() {
+        for (line, rank) in [
+            ("## Summary of the plan", 7),
+            ("**Final result:**", 2),
+            ("__Notes__", 2),
+            ("#### Volume check", 5),
+        ] {
+            assert_eq!(ending(line), Some(rank), "{line}");
+        }
+        for line in [
+            "Summary",
+            "### Noteworthy",
+            "#### Code",
+            "**Final height:** 0.5",
+            "- **Note:** y is up",
+            "* **Verification:** V = 2",
+            "1. **Overall:** 2",
+            "> **Note:** y is up",
+        ] {
+            assert_eq!(ending(line), None, "{line}");
+        }
     }
 }

@@ -75,3 +75,4 @@ pub use limits::Limits;
 pub use python::Python;
 pub use sandbox::EngineError;
 pub use session::{Captured, Interpreter, Session, evaluate};
+pub use source::is_python;

@@ -92,6 +92,11 @@ impl Source {
     }
 }
 
+/// Whether a text is Python that is not nested beyond reason.
+pub fn is_python(text: &str) -> bool {
+    Source::new(text, 1, 0).parse(&Limits::default()).is_ok()
+}
+
 /// One more operator at the innermost level.
 fn bump(levels: &mut [usize]) {
     if let Some(top) = levels.last_mut() {
