@@ -53,7 +53,7 @@ const DIAGNOSTICS: &[(&str, usize, usize, &str, &str)] = &[
     ("def f():\n    raise\nf()", 2, 5, "RuntimeError", ""),
     ("try:\n    x = [1][2]\nexcept IndexError:\n    raise", 2, 9, "outside a list of length 1", ""),
     ("raise 'no'", 1, 1, "a str cannot be raised", ""),
-    ("def f(n): return f(n + 1)\nf(0)", 1, 18, "levels of nested", "loop"),
+    ("def f(n): return f(n + 1)\nf(0)", 1, 20, "levels of nested", "loop"),
     ("x = np.zeros((2**40, 3))", 1, 5, "elements in one array", "part by part"),
     ("from numpy import *", 1, 1, "`import *`", "import numpy as np"),
     ("x = (1).__class__", 1, 5, "`int` has no `__class__`", "two underscores"),
