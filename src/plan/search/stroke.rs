@@ -104,6 +104,8 @@ impl Stroke {
     ) -> Vec<Vec<f64>> {
         let mut rows = self.actions_adj(tool, actions_adj);
         let [x, z, yaw, gap] = self.pose_above_adj(rest, pose_adj);
+        // As in `clamp_gap`.
+        let gap = if matches!(tool.motion, Motion::Gripper { .. }) { gap } else { 0.0 };
         rows.push(vec![PLACE_UNIT * x, PLACE_UNIT * z, YAW_UNIT * yaw, PLACE_UNIT * gap]);
         rows
     }
