@@ -323,26 +323,36 @@ pub(super) mod tests {
     fn the_variables_adjoint_agrees_with_finite_differences() {
         let mut rng = seeded(7, "stroke");
         let rest = ToolPose { position: [0.5, 0.3, 0.5], rotation: [0.707, 0.707, 0.0, 0.0], gap: 0.1 };
-        let stroke = Stroke { stir: 0.4, ..stroke(20, &mut rng) };
-        let rows = |x: &[f64]| -> Vec<Vec<f64>> {
-            let (knots, place) = x.split_at(x.len() - 4);
-            knots.chunks(3).chain([place]).map(<[f64]>::to_vec).collect()
+        let gripper = Tool {
+            motion: Motion::Gripper { minimal_gap: 0.08, maximal_gap: 0.3 },
+            action_scale: vec![0.01; 7],
+            ..pole()
         };
-        let forward = |x: &[f64]| {
-            let moved = stroke.with_variables(&pole(), &rows(x));
-            let pose = moved.pose_above(&rest);
-            let actions = moved.actions(&pole()).concat();
-            [&pose.position[..], &pose.rotation, &[pose.gap], &actions].concat()
-        };
-        let adjoint = |x: &[f64], y: &[f64]| {
-            let pose_adj =
-                PoseAdj { position: [y[0], y[1], y[2]], rotation: [y[3], y[4], y[5], y[6]], gap: y[7] };
-            let actions_adj: Vec<Vec<f64>> = y[8..].chunks(3).map(<[f64]>::to_vec).collect();
-            let moved = stroke.with_variables(&pole(), &rows(x));
-            moved.variables_adj(&pole(), &rest, &pose_adj, &actions_adj).concat()
-        };
-        let tolerance = Tolerance { relative: 1e-7, absolute: 1e-9 };
-        directional(&mut rng, &stroke.variables().concat(), forward, adjoint, tolerance);
+        // Only one of them has a gap to vary.
+        for tool in [pole(), gripper] {
+            let n = tool.action_len();
+            let begin = Stroke { gap: 0.2, stir: 0.4, ..stroke(20, &mut rng) };
+            let stroke = begin.with_random_knots(&tool, 0.0, &vec![0.5; n], 4, &mut rng);
+            let rows = |x: &[f64]| -> Vec<Vec<f64>> {
+                let (knots, place) = x.split_at(x.len() - 4);
+                knots.chunks(n).chain([place]).map(<[f64]>::to_vec).collect()
+            };
+            let forward = |x: &[f64]| {
+                let moved = stroke.with_variables(&tool, &rows(x));
+                let pose = moved.pose_above(&rest);
+                let actions = moved.actions(&tool).concat();
+                [&pose.position[..], &pose.rotation, &[pose.gap], &actions].concat()
+            };
+            let adjoint = |x: &[f64], y: &[f64]| {
+                let pose_adj =
+                    PoseAdj { position: [y[0], y[1], y[2]], rotation: [y[3], y[4], y[5], y[6]], gap: y[7] };
+                let actions_adj: Vec<Vec<f64>> = y[8..].chunks(n).map(<[f64]>::to_vec).collect();
+                let moved = stroke.with_variables(&tool, &rows(x));
+                moved.variables_adj(&tool, &rest, &pose_adj, &actions_adj).concat()
+            };
+            let tolerance = Tolerance { relative: 1e-7, absolute: 1e-9 };
+            directional(&mut rng, &stroke.variables().concat(), forward, adjoint, tolerance);
+        }
     }
 
     #[test]
