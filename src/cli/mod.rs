@@ -1,7 +1,7 @@
 //! The command line: one file a subcommand. Parses flags, calls the library, prints results.
 //!
 //! Exit codes: 0 the command did what it was asked (for `plan`: the target was reached), 1 `plan`
-//! ran to its end without reaching the target's threshold, or `gradcheck` found a wrong gradient, 2 an error. Results go to standard
+//! ran to its end without reaching the target's threshold, or `gradcheck` could not confirm a gradient, 2 an error. Results go to standard
 //! output; progress, warnings and errors go to standard error, warnings and what `-v` shows as `tracing` events.
 
 mod ask;
@@ -49,7 +49,7 @@ use crate::store::sim_scene::SimScene;
     donut tasks                         what else there is to make\n  \
     donut view runs/donut --gif d.gif   the run as a film; runs/donut/report.html shows it in a browser\n\n\
     `donut help COMMAND` has more examples. Exit status: 0 done, 1 a plan ended below its threshold or a gradient is \
-    wrong, 2 an error."
+    not confirmed, 2 an error."
 )]
 struct Cli {
     #[command(flatten)]
