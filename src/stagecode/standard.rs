@@ -55,7 +55,11 @@ pub fn attribute(eval: &Evaluator, module: &'static str, name: &str) -> Result<V
             super::builtins::named("dict").ok_or_else(|| Fault::value("dict"))
         }
         // Annotations are never evaluated; names for them only have to be there.
-        _ if rows.as_ptr() == TYPING.as_ptr() && !name.starts_with('_') => Ok(Value::Type("object")),
+        ("typing" | "typing_extensions" | "collections.abc" | "numpy.typing", _, None)
+            if !name.starts_with('_') =>
+        {
+            Ok(Value::Type("object"))
+        }
         _ => {
             let names: Vec<&str> = rows.iter().map(|row| row.name).collect();
             let hint = Some(format!("{module} has {} here", names.join(", ")));
