@@ -295,7 +295,8 @@ pub fn of(owner: &Value) -> impl Iterator<Item = &'static Row> + Clone {
         Value::Builtin(row) if matches!(row.run, super::args::Run::Binary(_)) => (ufunc::ROWS, &[]),
         _ => (&[], &[]),
     };
-    let shared: &'static [&'static str] = if own.as_ptr() == ARRAY.as_ptr() { SHARED } else { &[] };
+    let is_array = matches!(owner, Value::Array(_) | Value::Number(_));
+    let shared: &'static [&'static str] = if is_array { SHARED } else { &[] };
     let pythons = matches!(owner, Value::Random(r) if r.borrow().is_pythons());
     let (own, random) = match owner {
         Value::Random(_) if pythons => (python_random::ROWS, None),
