@@ -12,13 +12,13 @@ use donut::emd::reach::{Method, next_reachable};
 use donut::math::cloud::Point;
 use donut::plan::losses::{Aim, Goal, evaluate};
 use donut::sim::block::{AXES, load_axes, load_m3, store_axes, store_m3};
-use donut::sim::constitutive::{trial, trial_adj, update, update_adj, update_in};
+use donut::sim::constitutive::{trial, trial_adj, update, update_adj};
 use donut::sim::contact::{Contact, contacts};
 use donut::sim::g2p::{GridToParticles, GridToParticlesAdj};
 use donut::sim::grid::GridUpdate;
 use donut::sim::lanes::{Kernel, Lanes, M3, Real};
 use donut::sim::layout::Layout;
-use donut::sim::p2g::{ParticlesToGrid, ParticlesToGridAdj};
+use donut::sim::p2g::{ParticlesToGrid, ParticlesToGridAdj, Trials};
 use donut::sim::particles::{BLOCK, C, F, Packed};
 use donut::sim::transfer::NODE;
 use donut::sim::{Options, Params, ParticleState, SimdLevel, Simulator, Tool, ToolPose};
@@ -204,8 +204,10 @@ impl Kernel<f32> for Constitutive<'_> {
         let blocks = self.state.as_chunks::<BLOCK>().0;
         let next = self.next.as_chunks_mut::<BLOCK>().0;
         let axes = self.axes.as_chunks_mut::<AXES>().0;
-        for ((block, next), axes) in blocks.iter().zip(next).zip(axes) {
-            let up = update(self.params, trial(self.params.dt, &load_m3(block, C), &load_m3(block, F)));
+        let mut trials = Trials::<L>::new();
+        for (k, (next, axes)) in next.iter_mut().zip(axes).enumerate() {
+            let (h_trial, u) = trials.of(self.params, blocks, k);
+            let up = update(self.params, h_trial, u);
             store_m3::<L>(next, F, &up.h_new);
             store_axes(axes, &up.spectrum.u);
             up.tau[0][0].store(self.stress);
@@ -231,7 +233,7 @@ impl Kernel<f32> for ConstitutiveAdj<'_> {
         let axes = self.axes.as_chunks::<AXES>().0;
         for ((block, axes), adj) in blocks.zip(axes).zip(self.adj.as_chunks_mut::<BLOCK>().0) {
             let (c, h): (M3<L>, M3<L>) = (load_m3(block, C), load_m3(block, F));
-            let up = update_in(self.params, trial(self.params.dt, &c, &h), load_axes(axes));
+            let up = update(self.params, trial(self.params.dt, &c, &h), load_axes(axes));
             // Any numbers do for the stress's adjoint.
             let f_trial_adj = update_adj(self.params, &up, &load_m3(adj, F), &load_m3(adj, C));
             let (c_adj, f_adj) = trial_adj(self.params.dt, &c, &h, &f_trial_adj);

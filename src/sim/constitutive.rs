@@ -48,7 +48,7 @@ use super::elasticity::{self, Principal, stress, stress_adj};
 use super::lanes::{Lanes, M3, det, exp_m1, mul, mul_t, sinhc, t_mul};
 use super::params::Params;
 use super::plasticity::{Return, return_map, return_map_adj};
-use super::spectral::{Spectrum, compose, eigenvectors, spectrum};
+use super::spectral::{Spectrum, compose, spectrum};
 
 /// What the constitutive update found for sixteen particles.
 pub struct Update<L: Lanes> {
@@ -110,16 +110,9 @@ pub fn trial_adj<L: Lanes>(dt: f64, c: &M3<L>, h: &M3<L>, trial_adj: &M3<L>) -> 
     (c_adj, f_adj)
 }
 
-/// Return mapping and stress of a trial deformation.
+/// Return mapping and stress of a trial deformation, given the eigenvectors of its F F^T.
 #[inline(always)]
-pub fn update<L: Lanes>(params: &Params, h_trial: M3<L>) -> Update<L> {
-    let u = eigenvectors(&h_trial);
-    update_in(params, h_trial, u)
-}
-
-/// [`update`] when the eigenvectors of the trial's F F^T are known.
-#[inline(always)]
-pub fn update_in<L: Lanes>(params: &Params, h_trial: M3<L>, u: M3<L>) -> Update<L> {
+pub fn update<L: Lanes>(params: &Params, h_trial: M3<L>, u: M3<L>) -> Update<L> {
     let spectrum = spectrum(&h_trial, u);
     let ret = return_map(params, &spectrum.log);
     let mut flow = [L::constant(0.0); 3];
@@ -264,6 +257,7 @@ fn slope<L: Lanes>(up: &Update<L>, i: usize, j: usize, d: L) -> L {
 mod tests {
     use super::super::lanes::{Kernel, LANES, Real, SimdLevel};
     use super::super::particles::IDENTITY;
+    use super::super::spectral::eigenvectors;
     use super::*;
     use crate::math::check::{Tolerance, directional_scaled};
     use crate::math::rng::{Pcg64, normal, seeded};
@@ -292,7 +286,9 @@ mod tests {
                     out.push(lanes[5].to_f64());
                 }
             };
-            let up = update(self.params, m(&less_identity));
+            let h = m(&less_identity);
+            let [u] = eigenvectors(&[h]);
+            let up = update(self.params, h, u);
             match self.adj {
                 None => {
                     push(&up.h_new);

@@ -22,12 +22,13 @@
 //! are wrong by as much as dough moves across cells.
 
 use super::block::{AXES, load_anchors, load_axes, load_m3, load3, store_axes, store_m3, store3};
-use super::constitutive::{inverted, trial, trial_adj, update, update_adj, update_in};
+use super::constitutive::{inverted, trial, trial_adj, update, update_adj};
 use super::kernel::{ParticleRows, no_rows, to_lanes, to_particles, weights};
 use super::lanes::{Kernel, LANES, Lanes, M3, Real, prefetch, splat_m3};
 use super::layout::{Layout, Part};
 use super::params::Params;
 use super::particles::{ANCHORS, BLOCK, C, F, V, X};
+use super::spectral::eigenvectors;
 use super::transfer::{Gather, Scatter};
 
 /// How a part's P2G ended.
@@ -102,6 +103,41 @@ fn contribution<L: Lanes>(mass: L, v: &[L; 3], a: &M3<L>, f: &[L; 3], rows: &mut
     to_particles(q, rows);
 }
 
+/// Trial deformations and the eigenvectors of their F F^T, block by block; they are found for two blocks at a
+/// time ([`eigenvectors`] says why).
+pub struct Trials<L> {
+    /// Displacement gradients of a block with an even number and of the next.
+    h: [M3<L>; 2],
+    u: [M3<L>; 2],
+}
+
+impl<L: Lanes> Trials<L> {
+    #[inline(always)]
+    #[allow(
+        clippy::new_without_default,
+        reason = "a default could be called where the vectors are not switched on"
+    )]
+    pub fn new() -> Self {
+        let zero = [splat_m3(0.0); 2];
+        Self { h: zero, u: zero }
+    }
+
+    /// Those of block `k`. Blocks are asked for in order, from 0.
+    #[inline(always)]
+    pub fn of(&mut self, params: &Params, blocks: &[[L::Real; BLOCK]], k: usize) -> (M3<L>, M3<L>) {
+        if k % 2 == 0 {
+            let (one, other) = (&blocks[k], blocks.get(k + 1).unwrap_or(&blocks[k]));
+            // Written twice: in a closure the vectors would not be switched on.
+            self.h = [
+                trial(params.dt, &load_m3(one, C), &load_m3(one, F)),
+                trial(params.dt, &load_m3(other, C), &load_m3(other, F)),
+            ];
+            self.u = eigenvectors(&self.h);
+        }
+        (self.h[k % 2], self.u[k % 2])
+    }
+}
+
 /// Real particles in block `b`; the rest of its lanes is padding.
 #[inline(always)]
 pub(super) fn particles_in(layout: &Layout, b: usize) -> usize {
@@ -121,14 +157,16 @@ impl<T: Real> Kernel<T> for ParticlesToGrid<'_, T> {
         let next = self.next.as_chunks_mut::<BLOCK>().0;
         let axes = self.axes.as_chunks_mut::<AXES>().0;
         let (mut w, mut q) = (no_rows(), no_rows());
+        let mut trials = Trials::new();
         for (k, (((block, anchors), next), axes)) in
             blocks.iter().zip(anchors).zip(next).zip(axes).enumerate()
         {
             let b = self.part.blocks.start + k;
             let count = particles_in(self.layout, b);
             let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
-            let (c, h) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
-            let up = update(params, trial(params.dt, &c, &h));
+            let c = load_m3::<L>(block, C);
+            let (h_trial, u) = trials.of(params, blocks, k);
+            let up = update(params, h_trial, u);
             let bad = inverted(&up.h_trial);
             if bad != 0 && bad.trailing_zeros() < count as u32 {
                 return Outcome::BadDeformation { slot: b * LANES + bad.trailing_zeros() as usize };
@@ -187,7 +225,7 @@ impl<T: Real> Kernel<T> for ParticlesToGridAdj<'_, T> {
             prefetch(all_axes.get(k + 1).map_or(&[], |soon| &soon[..]));
             let (x, v) = (load3::<L>(block, X), load3::<L>(block, V));
             let (c, h) = (load_m3::<L>(block, C), load_m3::<L>(block, F));
-            let up = update_in(params, trial(params.dt, &c, &h), load_axes(axes));
+            let up = update(params, trial(params.dt, &c, &h), load_axes(axes));
             let a = affine(params, &up.tau, &c);
             let offset = weights(params.nodes, &load_anchors(anchors), &x, &mut rows.w);
             contribution(mass, &v, &a, &offset, &mut rows.q);
