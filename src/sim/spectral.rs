@@ -240,15 +240,15 @@ mod tests {
         }
     }
 
-    /// Largest entry of `U^T U - I`, and of `U^T (b - I) U` off the diagonal as a share of the largest of b - I.
+    /// Largest entry of `U^T U - I`; and of `U^T (b - I) U` off the diagonal, beyond what [`TINY`] lets pass, as a
+    /// share of the largest of b - I.
     fn errors(h: &[f64; 9], u: &[f64; 9]) -> (f64, f64) {
         let m = |v: &[f64; 9]| nalgebra::Matrix3::from_row_slice(v);
         let (h, u) = (m(h), m(u));
         let strain = h + h.transpose() + h * h.transpose();
         let mut left = u.transpose() * strain * u;
         left.fill_diagonal(0.0);
-        let size = strain.abs().max();
-        let left = if size == 0.0 { 0.0 } else { left.abs().max() / size };
+        let left = (left.abs().max() - TINY.sqrt()).max(0.0) / strain.abs().max().max(TINY);
         ((u.transpose() * u - nalgebra::Matrix3::identity()).abs().max(), left)
     }
 
