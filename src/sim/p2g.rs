@@ -125,7 +125,7 @@ impl<L: Lanes> Trials<L> {
     /// Those of block `k`. Blocks are asked for in order, from 0.
     #[inline(always)]
     pub fn of(&mut self, params: &Params, blocks: &[[L::Real; BLOCK]], k: usize) -> (M3<L>, M3<L>) {
-        if k % 2 == 0 {
+        if k.is_multiple_of(2) {
             let (one, other) = (&blocks[k], blocks.get(k + 1).unwrap_or(&blocks[k]));
             // Written twice: in a closure the vectors would not be switched on.
             self.h = [
