@@ -104,7 +104,7 @@ fn contribution<L: Lanes>(mass: L, v: &[L; 3], a: &M3<L>, f: &[L; 3], rows: &mut
 }
 
 /// Trial deformations and the eigenvectors of their F F^T, block by block; they are found for two blocks at a
-/// time ([`eigenvectors`] says why).
+/// time ([`spectral`](super::spectral) says why).
 pub struct Trials<L> {
     /// Displacement gradients of a block with an even number and of the next.
     h: [M3<L>; 2],
