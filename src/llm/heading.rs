@@ -4,7 +4,8 @@
 
 use std::borrow::Cow;
 
-use super::fields::{self, DASHES};
+use super::fields;
+use super::keys::DASHES;
 
 /// The heading of a step.
 #[derive(Clone, Debug, PartialEq)]

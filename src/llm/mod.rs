@@ -7,7 +7,7 @@
 //!
 //! | file | what it holds |
 //! |---|---|
-//! | `reply` | an answer taken apart, with `heading`, `fence`, `fields` and `values` for its parts |
+//! | `reply`, `reader` | an answer taken apart, line by line, with `heading`, `fence`, `fields`, `keys` and `values` for its parts |
 //! | `answer`, `answer_error` | its code run step by step; why there are no stages |
 //! | `checks`, `lineage`, `tools` | what looks wrong; which piece becomes which; names of tools |
 //! | `stage` | what comes out |
@@ -24,11 +24,13 @@ mod fence;
 mod fields;
 mod heading;
 pub mod http;
+mod keys;
 pub mod lineage;
 pub mod live;
 pub mod model;
 pub mod openai;
 pub mod prompt;
+mod reader;
 pub mod recorded;
 pub mod repair;
 pub mod reply;

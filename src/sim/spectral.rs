@@ -57,12 +57,12 @@ impl<L: Lanes> Spectrum<L> {
 /// Sweeps of cyclic Jacobi rotations; each squares the off-diagonal part.
 const SWEEPS: (usize, usize) = (3, 7);
 /// What b - I is multiplied by for the rotations: a power of two, so that every rounding stays what it is. Squares
-/// of its entries overflow for strains beyond 1e4.
+/// of its entries overflow for strains beyond 1e4; such a deformation is no number then, which the next substep reports.
 const SCALE: f64 = (1u64 << 48) as f64;
 /// Entry off the diagonal of b - I that counts as zero. Where strains differ by 1e-3 it would turn axes by 1e-21, and the last
 /// digit of an axis in f32 is 6e-8.
 const NEGLIGIBLE: f64 = 1e-24;
-/// What the square root of the discriminant is told from zero by.
+/// Added to the square of the difference of two eigenvalues, so that a quotient exists where they are equal.
 const TINY: f64 = 1e-36;
 /// Smallest eigenvalue of b - I: b's are positive, and told from zero.
 const STRAIN_MIN: f64 = -1.0 + 1e-7;
