@@ -64,9 +64,10 @@ pub fn is_near_wall(nodes: usize, node: [usize; 3]) -> bool {
     node.iter().any(|&k| k < WALL_NODES || k > nodes - WALL_NODES)
 }
 
-fn apply_axis(params: &Params, axis: usize, node: usize, v: [f64; 3]) -> [f64; 3] {
+/// What a wall pair leaves of a velocity.
+fn after(wall: &Wall, axis: usize, v: [f64; 3]) -> [f64; 3] {
     let mut out = v;
-    match wall(params, axis, node, &v) {
+    match *wall {
         Wall::Free => {}
         Wall::Stop => out[axis] = 0.0,
         Wall::Hold => out = [0.0; 3],
@@ -77,23 +78,26 @@ fn apply_axis(params: &Params, axis: usize, node: usize, v: [f64; 3]) -> [f64; 3
 
 /// The velocity of `node` after the walls, axis by axis.
 pub fn apply(params: &Params, node: [usize; 3], v: [f64; 3]) -> [f64; 3] {
-    (0..3).fold(v, |v, axis| apply_axis(params, axis, node[axis], v))
+    (0..3).fold(v, |v, axis| after(&wall(params, axis, node[axis], &v), axis, v))
 }
 
 /// Adjoint of [`apply`]. Where the floor just stops the sliding (`keep` clamped to 0) the derivative is 0.
 pub fn apply_adj(params: &Params, node: [usize; 3], v: [f64; 3], out_adj: [f64; 3]) -> [f64; 3] {
-    let v1 = apply_axis(params, 0, node[0], v);
-    let v2 = apply_axis(params, 1, node[1], v1);
-    let mut adj = out_adj;
-    for (axis, v) in [(2, v2), (1, v1), (0, v)] {
-        adj = apply_axis_adj(params, axis, node[axis], v, adj);
-    }
-    adj
+    let x = wall(params, 0, node[0], &v);
+    let v1 = after(&x, 0, v);
+    let y = wall(params, 1, node[1], &v1);
+    let v2 = after(&y, 1, v1);
+    let z = wall(params, 2, node[2], &v2);
+    [(z, v2), (y, v1), (x, v)]
+        .iter()
+        .zip([2, 1, 0])
+        .fold(out_adj, |adj, ((wall, v), axis)| after_adj(params, wall, axis, v, adj))
 }
 
-fn apply_axis_adj(params: &Params, axis: usize, node: usize, v: [f64; 3], out_adj: [f64; 3]) -> [f64; 3] {
+/// Adjoint of [`after`].
+fn after_adj(params: &Params, wall: &Wall, axis: usize, v: &[f64; 3], out_adj: [f64; 3]) -> [f64; 3] {
     let mut adj = out_adj;
-    match wall(params, axis, node, &v) {
+    match *wall {
         Wall::Free => {}
         Wall::Stop => adj[axis] = 0.0,
         Wall::Hold => adj = [0.0; 3],

@@ -39,6 +39,8 @@ pub struct Contact<'a> {
     softness: f64,
     dt: f64,
     tangent_eps: f64,
+    /// No node farther than this from the surface is affected, m.
+    reach: f64,
     /// The box outside which no node is affected.
     min: Vector3<f64>,
     max: Vector3<f64>,
@@ -62,10 +64,21 @@ impl ContactAdj {
     }
 }
 
-/// What the forward pass found at a touched node; the adjoint starts from it.
-struct Touch {
+/// Where a node is to a part.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// The node in the world.
+    p: Vector3<f64>,
     /// The node in the part's frame.
     local: Vector3<f64>,
+    /// Signed distance from the surface, m.
+    distance: f64,
+}
+
+/// What the forward pass found at a touched node; the adjoint starts from it.
+#[derive(Clone, Debug)]
+pub struct Touch {
+    place: Place,
     influence: f64,
     /// Whether the influence was clamped to 1 (at or under the surface).
     full: bool,
@@ -109,6 +122,7 @@ pub fn contacts<'a>(
                 softness: params.softness,
                 dt: params.dt,
                 tangent_eps: if plates { TANGENT_EPS.1 } else { TANGENT_EPS.0 },
+                reach,
                 min: frame.origin - extent,
                 max: frame.origin + extent,
             });
@@ -118,28 +132,29 @@ pub fn contacts<'a>(
 }
 
 impl Contact<'_> {
-    /// Whether a node at `p` may be affected: a quick test against a box.
-    #[inline(always)]
-    pub fn is_near(&self, p: [f64; 3]) -> bool {
-        (0..3).all(|a| p[a] >= self.min[a] && p[a] <= self.max[a])
-    }
-
-    /// Whether the axis-parallel segment between two nodes meets that box.
+    /// Whether the axis-parallel segment between two nodes meets the box outside which no node is affected.
     pub fn meets(&self, first: [f64; 3], last: [f64; 3]) -> bool {
         (0..3).all(|a| last[a] >= self.min[a] && first[a] <= self.max[a])
     }
 
-    /// The part's signed distance and outward normal at `p`.
-    pub fn distance_and_normal(&self, p: Vector3<f64>) -> (f64, Vector3<f64>) {
+    /// Where a node at `p` is.
+    pub fn place(&self, p: Vector3<f64>) -> Place {
         let local = self.start.to_local(p);
-        (self.tool.shape.distance(local), self.start.turning * self.tool.shape.normal(local))
+        Place { p, local, distance: self.tool.shape.distance(local) }
     }
 
-    fn touch(&self, p: Vector3<f64>, v: Vector3<f64>) -> Option<Touch> {
-        let local = self.start.to_local(p);
-        let distance = self.tool.shape.distance(local);
-        let influence = (-distance * self.softness).exp();
-        if !((self.softness > 0.0 && influence > CONTACT_THRESHOLD) || distance <= 0.0) {
+    /// The way that a node goes at least until it may be touched, m: a signed distance changes by no more than the way.
+    /// Not positive where it may be touched at once.
+    pub fn beyond_reach(&self, place: &Place) -> f64 {
+        place.distance - self.reach
+    }
+
+    /// What this part does to a node with velocity `v`; `None` if nothing.
+    pub fn touch(&self, place: Place, v: Vector3<f64>) -> Option<Touch> {
+        let Place { p, local, distance } = place;
+        let inside = distance <= 0.0;
+        let influence = if inside { 1.0 } else { (-distance * self.softness).exp() };
+        if !(inside || self.softness > 0.0 && influence > CONTACT_THRESHOLD) {
             return None;
         }
         let local_normal = self.tool.shape.normal(local);
@@ -148,12 +163,13 @@ impl Contact<'_> {
         let relative = v - surface;
         let normal_speed = relative.dot(&normal);
         let tangent = relative - normal * normal_speed.min(0.0);
-        let len = (tangent.norm_squared() + self.tangent_eps).sqrt();
-        let rubs = normal_speed < 0.0 && tangent.norm() > TANGENT_MIN;
+        let speed2 = tangent.norm_squared();
+        let len = (speed2 + self.tangent_eps).sqrt();
+        let rubs = normal_speed < 0.0 && speed2 > TANGENT_MIN * TANGENT_MIN;
         let keep = if rubs { (len + normal_speed * self.tool.friction).max(0.0) / len } else { 1.0 };
         Some(Touch {
-            local,
-            influence: influence.min(1.0),
+            place,
+            influence,
             full: influence >= 1.0,
             local_normal,
             normal,
@@ -167,30 +183,13 @@ impl Contact<'_> {
         })
     }
 
-    /// The velocity of the node at `p` after this part has acted on `v`.
-    pub fn apply(&self, p: Vector3<f64>, v: Vector3<f64>) -> Vector3<f64> {
-        match self.touch(p, v) {
-            None => v,
-            Some(t) => {
-                let slid = t.tangent * t.keep;
-                t.surface + t.relative * (1.0 - t.influence) + slid * t.influence
-            }
-        }
-    }
-
-    /// Adjoint of [`Contact::apply`]: returns the adjoint of `v`, adds the frames' into `frames_adj`.
+    /// Adjoint of [`Contact::touch`] and [`Touch::velocity`]: returns the adjoint of `v`, adds the frames' into
+    /// `frames_adj`.
     ///
     /// The jump of the influence at its threshold has no derivative; each side is differentiated by
     /// itself. Where friction stops the sliding, and where the normal speed is zero, the derivative is
     /// that of the branch the forward pass took.
-    pub fn apply_adj(
-        &self,
-        p: Vector3<f64>,
-        v: Vector3<f64>,
-        out_adj: Vector3<f64>,
-        frames_adj: &mut ContactAdj,
-    ) -> Vector3<f64> {
-        let Some(t) = self.touch(p, v) else { return out_adj };
+    pub fn touch_adj(&self, t: &Touch, out_adj: Vector3<f64>, frames_adj: &mut ContactAdj) -> Vector3<f64> {
         let mut relative_adj = out_adj * (1.0 - t.influence);
         let influence_adj = out_adj.dot(&(t.tangent * t.keep - t.relative));
         let slid_adj = out_adj * t.influence;
@@ -217,31 +216,31 @@ impl Contact<'_> {
 
         let surface_adj = out_adj - relative_adj;
         let distance_adj = if t.full { 0.0 } else { -self.softness * t.influence * influence_adj };
-        self.frames_adj(&t, p, surface_adj, normal_adj, distance_adj, frames_adj);
+        self.frames_adj(t, surface_adj, normal_adj, distance_adj, frames_adj);
         relative_adj
     }
 
-    /// The geometric half of [`Contact::apply_adj`].
+    /// The geometric half of [`Contact::touch_adj`].
     fn frames_adj(
         &self,
         t: &Touch,
-        p: Vector3<f64>,
         surface_adj: Vector3<f64>,
         normal_adj: Vector3<f64>,
         distance_adj: f64,
         frames_adj: &mut ContactAdj,
     ) {
+        let Place { p, local, .. } = t.place;
         let image_adj = surface_adj / self.dt;
         frames_adj.end.origin += image_adj;
-        frames_adj.end.rotation += image_adj * t.local.transpose();
+        frames_adj.end.rotation += image_adj * local.transpose();
 
         frames_adj.start.turning += normal_adj * t.local_normal.transpose();
         let local_normal_adj = self.start.turning.tr_mul(&normal_adj);
 
         let shape = &self.tool.shape;
         let local_adj = self.end.rotation.tr_mul(&image_adj)
-            + shape.normal_adj(t.local, local_normal_adj)
-            + shape.gradient(t.local) * distance_adj;
+            + shape.normal_adj(local, local_normal_adj)
+            + shape.gradient(local) * distance_adj;
         frames_adj.start.origin -= self.start.rotation * local_adj;
         frames_adj.start.rotation += (p - self.start.origin) * local_adj.transpose();
     }
@@ -257,6 +256,14 @@ impl Contact<'_> {
     ) {
         self.tool.frame_adj(start, self.side, &frames_adj.start, start_adj);
         self.tool.frame_adj(end, self.side, &frames_adj.end, end_adj);
+    }
+}
+
+impl Touch {
+    /// The velocity with which the node leaves.
+    pub fn velocity(&self) -> Vector3<f64> {
+        let slid = self.tangent * self.keep;
+        self.surface + self.relative * (1.0 - self.influence) + slid * self.influence
     }
 }
 
@@ -309,17 +316,18 @@ mod tests {
         let (mut v, start, end) = split(x);
         let tools = std::slice::from_ref(tool);
         let parts = contacts(params, tools, &[start], &[end]);
-        let mut before = vec![];
+        let mut touches = vec![];
         for part in &parts {
-            before.push(v);
-            v = part.apply(p, v);
+            let touch = part.touch(part.place(p), v);
+            v = touch.as_ref().map_or(v, Touch::velocity);
+            touches.push(touch);
         }
         let Some(y) = out_adj else { return v.as_slice().to_vec() };
         let mut v_adj = Vector3::new(y[0], y[1], y[2]);
         let (mut start_adj, mut end_adj) = (PoseAdj::default(), PoseAdj::default());
-        for (part, v) in parts.iter().zip(before).rev() {
+        for (part, touch) in parts.iter().zip(touches).rev() {
             let mut frames = ContactAdj::default();
-            v_adj = part.apply_adj(p, v, v_adj, &mut frames);
+            v_adj = touch.map_or(v_adj, |touch| part.touch_adj(&touch, v_adj, &mut frames));
             part.poses_adj(&frames, &start, &end, &mut start_adj, &mut end_adj);
         }
         let flat = |a: PoseAdj| [&a.position[..], &a.rotation, &[a.gap]].concat();
@@ -343,8 +351,8 @@ mod tests {
                 let parts = contacts(&params, std::slice::from_ref(tool), &[start], &[end]);
                 // Only touched nodes are interesting; and not those within a step of the threshold.
                 let clear = |d: f64| (d - params.contact_reach()).abs() > 1e-6 && d.abs() > 1e-6;
-                if !parts.iter().any(|c| c.touch(p, v).is_some())
-                    || !parts.iter().all(|c| clear(c.distance_and_normal(p).0))
+                if !parts.iter().any(|c| c.touch(c.place(p), v).is_some())
+                    || !parts.iter().all(|c| clear(c.place(p).distance))
                 {
                     continue;
                 }
@@ -363,14 +371,54 @@ mod tests {
     }
 
     #[test]
+    fn a_node_out_of_reach_stays_so_for_the_way_that_is_beyond() {
+        let params = Params::default();
+        let mut rng = seeded(3, "reach");
+        let mut tools = tools();
+        for shape in [
+            Shape::Sphere { radius: 0.05 },
+            Shape::Cylinder { radius: 0.05, length: 0.12 },
+            Shape::Torus { radius: 0.08, tube_radius: 0.02 },
+        ] {
+            tools.push(Tool { shape, ..tools[0].clone() });
+        }
+        for tool in &tools {
+            let mut beyond_reach = 0;
+            for _ in 0..2000 {
+                let rotation = [1.0, 0.1, -0.2, 0.05].map(|q| q + 0.5 * normal(&mut rng));
+                let pose = ToolPose { position: [0.5; 3], rotation, gap: 0.1 };
+                let mut random = |scale: f64| Vector3::from_fn(|_, _| scale * (uniform(&mut rng) - 0.5));
+                let (p, v, way) = (Vector3::repeat(0.5) + random(0.5), random(2.0), random(1.0));
+                for part in contacts(&params, std::slice::from_ref(tool), &[pose], &[pose]) {
+                    let beyond = part.beyond_reach(&part.place(p));
+                    let there = p + way.normalize() * beyond.max(0.0);
+                    let touch = |p| part.touch(part.place(p), v);
+                    if beyond > 0.0 {
+                        beyond_reach += 1;
+                        assert!(touch(p).is_none() && touch(there).is_none(), "{:?} at {p:?}", tool.shape);
+                    }
+                    // What is touched is in the box that pencils are tested against.
+                    assert!(
+                        touch(p).is_none() || part.meets(p.into(), p.into()),
+                        "{:?} at {p:?}",
+                        tool.shape
+                    );
+                }
+            }
+            assert!(beyond_reach > 500, "{:?}: {beyond_reach}", tool.shape);
+        }
+    }
+
+    #[test]
     fn a_still_tool_stops_what_runs_into_it_and_lets_go_what_leaves() {
         let params = Params { softness: 0.0, ..Params::default() };
         let tool = &tools()[0];
         let pose = ToolPose { position: [0.5; 3], rotation: [1.0, 0.0, 0.0, 0.0], gap: 0.0 };
         let parts = contacts(&params, std::slice::from_ref(tool), &[pose], &[pose]);
         let p = Vector3::new(0.52, 0.5, 0.5);
-        assert_eq!(parts[0].apply(p, Vector3::new(-1.0, 0.0, 0.0)).norm(), 0.0);
+        let after = |v| parts[0].touch(parts[0].place(p), v).expect("p is in the capsule").velocity();
+        assert_eq!(after(Vector3::new(-1.0, 0.0, 0.0)).norm(), 0.0);
         let away = Vector3::new(1.0, 0.3, 0.0);
-        assert!((parts[0].apply(p, away) - away).norm() < 1e-12);
+        assert!((after(away) - away).norm() < 1e-12);
     }
 }

@@ -17,7 +17,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use super::boundary;
-use super::contact::{Contact, ContactAdj};
+use super::contact::{Contact, ContactAdj, Touch};
 use super::lanes::{Kernel, LANES, Lanes, Real, SimdLevel};
 use super::layout::{Layout, Pencil};
 use super::params::Params;
@@ -38,11 +38,23 @@ pub struct GridUpdate<'a, T> {
     pub pencils: Range<usize>,
 }
 
-/// Which contacts may touch a pencil, as bits.
-type ContactBits = u64;
+/// A contact whose box a pencil meets.
+struct Near {
+    /// Index of the contact.
+    contact: usize,
+    /// The first of the pencil's nodes that it may touch, as far as that is known.
+    from: usize,
+}
 
-/// Most parts that all tools of a world may have together: one bit each.
-pub const PARTS_MAX: usize = ContactBits::BITS as usize;
+/// A node that a tool or a wall may touch.
+struct Site {
+    node: [usize; 3],
+    /// Its number in its pencil.
+    k: usize,
+    /// Where its components stand.
+    at: usize,
+    at_wall: bool,
+}
 
 /// Numbers for the components of each node of a row.
 #[inline(always)]
@@ -127,11 +139,13 @@ impl<T: Real> GridUpdate<'_, T> {
         let origin = self.layout.nodes_of(&self.pencils).start;
         self.sum_shares(origin, momentum);
         T::dispatch(self.simd, FreeMotion { kick: self.kick(), momentum, velocity });
-        self.at_obstacles(origin, momentum, |node, near, at| {
-            let v: &mut [T] = &mut velocity[at..at + 3];
+        self.at_obstacles(origin, momentum, |site, near| {
+            let v: &mut [T] = &mut velocity[site.at..site.at + 3];
             let free = Vector3::from_fn(|c, _| v[c].to_f64());
-            let touched = self.touch(node, near, free, |_, _| {});
-            let out = boundary::apply(self.params, node, touched.into());
+            let mut out = self.touch(site, near, free, |_, _| {}).into();
+            if site.at_wall {
+                out = boundary::apply(self.params, site.node, out);
+            }
             v.copy_from_slice(&out.map(T::from_f64));
         });
     }
@@ -143,68 +157,72 @@ impl<T: Real> GridUpdate<'_, T> {
         let origin = self.layout.nodes_of(&self.pencils).start;
         self.sum_shares(origin, momentum_adj);
         let kick = self.kick();
-        let mut before = Vec::new();
-        self.at_obstacles(origin, momentum, |node, near, at| {
-            let q = &momentum[at..at + NODE];
+        let mut touches = Vec::new();
+        self.at_obstacles(origin, momentum, |site, near| {
+            let q = &momentum[site.at..site.at + NODE];
             let inverse = T::from_f64(1.0) / q[3];
             let v = Vector3::from_fn(|c, _| (q[c] * inverse + kick[c]).to_f64());
-            before.clear();
-            let touched = self.touch(node, near, v, |i, v| before.push((i, v)));
-            let v_adj: &mut [T] = &mut momentum_adj[at..at + 3];
-            let out_adj = std::array::from_fn(|c| v_adj[c].to_f64());
-            let mut adj = Vector3::from(boundary::apply_adj(self.params, node, touched.into(), out_adj));
-            let p = Vector3::from(self.position(node));
-            for &(i, v) in before.iter().rev() {
-                adj = self.contacts[i].apply_adj(p, v, adj, &mut frames_adj[i]);
+            touches.clear();
+            let touched = self.touch(site, near, v, |i, touch| touches.push((i, touch)));
+            let v_adj: &mut [T] = &mut momentum_adj[site.at..site.at + 3];
+            let mut adj = std::array::from_fn(|c| v_adj[c].to_f64());
+            if site.at_wall {
+                adj = boundary::apply_adj(self.params, site.node, touched.into(), adj);
             }
-            for c in 0..3 {
-                v_adj[c] = T::from_f64(adj[c]);
+            for (i, touch) in touches.iter().rev() {
+                adj = self.contacts[*i].touch_adj(touch, adj.into(), &mut frames_adj[*i]).into();
             }
+            v_adj.copy_from_slice(&adj.map(T::from_f64));
         });
         T::dispatch(self.simd, FreeMotionAdj { momentum, adj: momentum_adj });
         frames_adj
     }
 
-    /// Calls `work` for every node with mass that a tool or a wall may touch: with its indices, the contacts
-    /// near it and where its components stand.
-    fn at_obstacles(
-        &self,
-        origin: usize,
-        momentum: &[T],
-        mut work: impl FnMut([usize; 3], ContactBits, usize),
-    ) {
+    /// Calls `work` for every node with mass that a tool or a wall may touch, with the contacts near its pencil.
+    fn at_obstacles(&self, origin: usize, momentum: &[T], mut work: impl FnMut(&Site, &mut [Near])) {
+        let mut near = Vec::new();
         for pencil in &self.layout.pencils[self.pencils.clone()] {
-            let near = self.contacts_near(pencil);
+            self.contacts_near(pencil, &mut near);
             let node = |k: usize| [pencil.i as usize, pencil.j as usize, pencil.k as usize + k];
             let at_wall = |k: usize| boundary::is_near_wall(self.params.nodes, node(k));
             let last = pencil.len as usize - 1;
-            if near == 0 && !at_wall(0) && !at_wall(last) {
+            if near.is_empty() && !at_wall(0) && !at_wall(last) {
                 continue;
             }
             for k in 0..=last {
                 let at = (pencil.start as usize - origin + k) * NODE;
-                if momentum[at + 3].to_f64() > MASS_MIN && (near != 0 || at_wall(k)) {
-                    work(node(k), near, at);
+                let site = Site { node: node(k), k, at, at_wall: at_wall(k) };
+                if momentum[at + 3].to_f64() > MASS_MIN && (!near.is_empty() || site.at_wall) {
+                    work(&site, &mut near);
                 }
             }
         }
     }
 
-    /// Adds, part by part, what the parts hold of these pencils' nodes.
+    /// Adds up, part by part, what the parts hold of these pencils' nodes.
     fn sum_shares(&self, origin: usize, sum: &mut [T]) {
-        sum.fill(T::default());
         let nodes = origin..origin + sum.len() / NODE;
+        // Numbers up to here are written: parts follow one another, and each has nodes in common with the next.
+        let mut written = 0;
         for (part, share) in self.layout.parts.iter().zip(self.shares) {
             let (lo, hi) = (part.nodes.start.max(nodes.start), part.nodes.end.min(nodes.end));
             if lo >= hi {
                 continue;
             }
             let from = &share[(lo - part.nodes.start) * NODE..(hi - part.nodes.start) * NODE];
-            let to = &mut sum[(lo - nodes.start) * NODE..(hi - nodes.start) * NODE];
-            for (to, from) in to.iter_mut().zip(from) {
+            let (start, end) = ((lo - nodes.start) * NODE, (hi - nodes.start) * NODE);
+            if start > written {
+                sum[written..start].fill(T::default());
+                written = start;
+            }
+            let (common, new) = from.split_at(written.min(end) - start);
+            for (to, from) in sum[start..].iter_mut().zip(common) {
                 *to += *from;
             }
+            sum[end - new.len()..end].copy_from_slice(new);
+            written = written.max(end);
         }
+        sum[written..].fill(T::default());
     }
 
     /// Velocity gained from gravity in one substep.
@@ -216,33 +234,38 @@ impl<T: Real> GridUpdate<'_, T> {
         node.map(|k| k as f64 * self.params.dx())
     }
 
-    /// The contacts whose box a pencil meets.
-    fn contacts_near(&self, pencil: &Pencil) -> ContactBits {
+    /// Lists the contacts whose box a pencil meets in `near`.
+    fn contacts_near(&self, pencil: &Pencil, near: &mut Vec<Near>) {
         let last = pencil.k + pencil.len - 1;
         let ends = [pencil.k, last].map(|k| self.position([pencil.i.into(), pencil.j.into(), k.into()]));
-        self.contacts
-            .iter()
-            .enumerate()
-            .filter(|(_, contact)| contact.meets(ends[0], ends[1]))
-            .fold(0, |bits, (i, _)| bits | 1 << i)
+        let all = self.contacts.iter().enumerate();
+        let meet = all.filter(|(_, contact)| contact.meets(ends[0], ends[1]));
+        near.clear();
+        near.extend(meet.map(|(contact, _)| Near { contact, from: 0 }));
     }
 
-    /// The velocity after the tools in turn; `each` is told every tool and the velocity before it.
+    /// The velocity of a node after the tools in turn; `each` is told every contact that touches it, and how.
+    #[inline(always)]
     fn touch(
         &self,
-        node: [usize; 3],
-        near: ContactBits,
+        site: &Site,
+        near: &mut [Near],
         mut v: Vector3<f64>,
-        mut each: impl FnMut(usize, Vector3<f64>),
+        mut each: impl FnMut(usize, Touch),
     ) -> Vector3<f64> {
-        if near == 0 {
-            return v;
-        }
-        let p = Vector3::from(self.position(node));
-        for (i, contact) in self.contacts.iter().enumerate() {
-            if near & 1 << i != 0 && contact.is_near(p.into()) {
-                each(i, v);
-                v = contact.apply(p, v);
+        let p = Vector3::from(self.position(site.node));
+        for Near { contact: i, from } in near {
+            if site.k < *from {
+                continue;
+            }
+            let contact = &self.contacts[*i];
+            let place = contact.place(p);
+            let beyond = contact.beyond_reach(&place);
+            if beyond > 0.0 {
+                *from = site.k + 1 + (beyond / self.params.dx()) as usize;
+            } else if let Some(touch) = contact.touch(place, v) {
+                v = touch.velocity();
+                each(*i, touch);
             }
         }
         v

@@ -4,7 +4,6 @@
 //! operations below check nothing again. Imports particles, tools and parameters.
 
 use super::error::{Operation, SimError};
-use super::grid::PARTS_MAX;
 use super::params::Params;
 use super::particles::ParticleState;
 use super::tool::{Tool, ToolPose};
@@ -24,10 +23,6 @@ pub fn check(
     }
     if poses.len() != tools.len() {
         return shape(format!("{} tools need as many poses, not {}", tools.len(), poses.len()));
-    }
-    let parts: usize = tools.iter().map(|t| t.sides().len()).sum();
-    if parts > PARTS_MAX {
-        return shape(format!("the tools have {parts} parts; {PARTS_MAX} are possible"));
     }
     let width: usize = tools.iter().map(Tool::action_len).sum();
     if let Some((step, row)) = actions.iter().enumerate().find(|(_, row)| row.len() != width) {

@@ -202,7 +202,9 @@ fn tool_contact_alone() {
             .zip(&before)
             .flat_map(|(p, v)| {
                 let p = Vector3::from(*p);
-                let v = parts.iter().fold(Vector3::from(*v), |v, part| part.apply(p, v));
+                let v = parts.iter().fold(Vector3::from(*v), |v, part| {
+                    part.touch(part.place(p), v).map_or(v, |touch| touch.velocity())
+                });
                 <[f64; 3]>::from(v)
             })
             .collect();
