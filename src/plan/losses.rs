@@ -139,8 +139,8 @@ fn tool_distance<T: Real>(sim: &Simulator<T>, active: &[usize], weight: f64, see
         let x = sim.positions(step);
         let mut poses_adj = vec![PoseAdj::default(); sim.tools().len()];
         for ((tool, pose), pose_adj) in sim.tools().iter().zip(sim.poses(step)).zip(&mut poses_adj) {
-            let nearest =
-                active.iter().map(|&i| (i, tool.distance(pose, x[i]))).min_by(|a, b| a.1.total_cmp(&b.1));
+            let here = tool.at(pose);
+            let nearest = active.iter().map(|&i| (i, here.distance(x[i]))).min_by(|a, b| a.1.total_cmp(&b.1));
             if let Some((i, d)) = nearest
                 && d > 0.0
             {

@@ -7,7 +7,7 @@
 use super::settings::StartScore;
 use crate::math::cloud::{Bounds, Point, centroid, distance, sub};
 use crate::math::quaternion::{from_axis_angle, product};
-use crate::sim::tool::PoseAdj;
+use crate::sim::tool::PlacedTool;
 use crate::sim::{Motion, Tool, ToolPose};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -110,22 +110,27 @@ impl Placement<'_> {
         if self.score == StartScore::Direction && !self.is_gripper() {
             return self.pushing_score(pose, particles);
         }
-        self.sum_near(pose, particles, |motion, _| motion.iter().map(|m| m.abs()).sum())
+        self.sum_near(pose, particles, |motion, _, _| motion.iter().map(|m| m.abs()).sum())
     }
 
     /// How well these particles should go where the tool at `pose` pushes them: away from it.
     pub fn pushing_score(&self, pose: &ToolPose, particles: &[usize]) -> f64 {
-        self.sum_near(pose, particles, |motion, p| {
-            let away = self.tool.distance_adj(pose, p, 1.0, &mut PoseAdj::default());
-            motion.iter().zip(away).map(|(m, n)| m * n).sum()
+        self.sum_near(pose, particles, |motion, tool, p| {
+            motion.iter().zip(tool.outward(p)).map(|(m, n)| m * n).sum()
         })
     }
 
     /// The sum of what particles are worth by their motion and place, the more the nearer the tool is.
-    fn sum_near(&self, pose: &ToolPose, particles: &[usize], worth: impl Fn(Point, Point) -> f64) -> f64 {
+    fn sum_near(
+        &self,
+        pose: &ToolPose,
+        particles: &[usize],
+        worth: impl Fn(Point, &PlacedTool<'_>, Point) -> f64,
+    ) -> f64 {
+        let tool = self.tool.at(pose);
         let one = |&i: &usize| {
             let p = self.positions[i];
-            worth(sub(self.reachable[i], p), p) / (self.tool.distance(pose, p).abs() + self.delta)
+            worth(sub(self.reachable[i], p), &tool, p) / (tool.distance(p).abs() + self.delta)
         };
         particles.iter().map(one).sum()
     }
@@ -206,7 +211,8 @@ impl Placement<'_> {
 
     /// Whether the tool keeps its distance from all of the particles.
     fn is_free(&self, pose: &ToolPose, particles: &[Point]) -> bool {
-        particles.iter().all(|p| self.tool.distance(pose, *p) >= CLEARANCE)
+        let tool = self.tool.at(pose);
+        particles.iter().all(|p| tool.distance(*p) >= CLEARANCE)
     }
 
     /// Whether a gripper is as low as it goes and around the dough, and touches it nowhere.

@@ -7,6 +7,8 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet};
 
+use rayon::prelude::*;
+
 use crate::math::cloud::Point;
 use crate::math::neighbours::{Neighbours, spacing};
 use crate::math::rng::{Pcg64, sample_indices, seeded, uniform};
@@ -114,7 +116,7 @@ fn crowding(pool: &[Point], reach: f64) -> Vec<Vec<(usize, f64)>> {
         let share = 1.0 / near.len().max(1) as f64;
         near.iter().map(|n| (n.index, share * (1.0 - n.distance / reach).powi(8))).collect()
     };
-    pool.iter().enumerate().map(neighbours).collect()
+    pool.par_iter().enumerate().map(neighbours).collect()
 }
 
 /// Splits `total` into whole shares in proportion to positive `weights`, by largest remainder; every share

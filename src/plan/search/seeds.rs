@@ -7,8 +7,8 @@ use crate::math::cloud::{Point, distance};
 use crate::plan::placement::{Placement, same_surface};
 use crate::plan::search::stroke::{Stroke, free_components};
 use crate::sim::ToolPose;
+use crate::sim::tool::Tool;
 use crate::sim::tool::path::ToolPath;
-use crate::sim::tool::{PoseAdj, Tool};
 
 /// Turns about the vertical that are tried: a full circle, because a tool need not be symmetric.
 const YAWS: usize = 8;
@@ -114,17 +114,17 @@ fn apart(tool: &Tool, mut scored: Vec<Scored>, count: usize) -> Vec<Scored> {
 /// pushes that dough along the surface's normal, which is good as far as the dough should go there.
 fn lean(place: &Placement<'_>, substeps: usize, motion: &[Point], pose: &ToolPose) -> Vec<f64> {
     let tool = place.tool;
+    let here = tool.at(pose);
     let near: Vec<(Point, f64, f64)> = place
         .active
         .iter()
         .filter_map(|&i| {
             let p = place.positions[i];
-            let d = tool.distance(pose, p);
+            let d = here.distance(p);
             if d > NEAR {
                 return None;
             }
-            let normal = tool.distance_adj(pose, p, 1.0, &mut PoseAdj::default());
-            let along: f64 = motion[i].iter().zip(normal).map(|(m, n)| m * n).sum();
+            let along: f64 = motion[i].iter().zip(here.outward(p)).map(|(m, n)| m * n).sum();
             Some((p, d, along / (d.max(0.0) + place.delta)))
         })
         .collect();
@@ -133,8 +133,8 @@ fn lean(place: &Placement<'_>, substeps: usize, motion: &[Point], pose: &ToolPos
         let mut action = vec![0.0; tool.action_len()];
         action[c] = 1.0;
         let path = ToolPath::new(std::slice::from_ref(tool), substeps, &[*pose], &[action]);
-        let moved = &path.after_step(1)[0];
-        lean[c] = near.iter().map(|(p, d, worth)| worth * (d - tool.distance(moved, *p))).sum();
+        let moved = tool.at(&path.after_step(1)[0]);
+        lean[c] = near.iter().map(|(p, d, worth)| worth * (d - moved.distance(*p))).sum();
     }
     let most = lean.iter().map(|g: &f64| g.abs()).fold(0.0, f64::max);
     if most > 0.0 {

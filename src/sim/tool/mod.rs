@@ -21,6 +21,7 @@ mod cylinder;
 mod knife;
 pub mod motion;
 pub mod path;
+mod placed;
 pub mod shape;
 mod sphere;
 mod torus;
@@ -32,6 +33,7 @@ use crate::math::cloud::Point;
 use crate::math::quaternion::{rotation_matrix, rotation_matrix_adj, turning_matrix, turning_matrix_adj};
 
 pub use motion::Motion;
+pub use placed::PlacedTool;
 pub use shape::Shape;
 
 /// One tool.
@@ -144,7 +146,7 @@ impl Tool {
 
     /// Signed distance from `point` to the tool's surface (negative inside), m.
     pub fn distance(&self, pose: &ToolPose, point: Point) -> f64 {
-        self.nearest_part(pose, point).1
+        self.at(pose).distance(point)
     }
 
     /// Adjoint of [`Tool::distance`] with respect to the pose, and the gradient with respect to the point.
@@ -155,8 +157,8 @@ impl Tool {
         distance_adj: f64,
         pose_adj: &mut PoseAdj,
     ) -> Point {
-        let (side, _) = self.nearest_part(pose, point);
-        let frame = self.frame(pose, side);
+        let placed = self.at(pose);
+        let (side, frame, _) = placed.nearest_part(point);
         let offset = Vector3::from(point) - frame.origin;
         let local_adj = self.shape.gradient(frame.to_local(point.into())) * distance_adj;
         let point_adj = frame.rotation * local_adj;
@@ -164,18 +166,6 @@ impl Tool {
         let frame_adj = FrameAdj { origin: -point_adj, rotation, ..FrameAdj::default() };
         self.frame_adj(pose, side, &frame_adj, pose_adj);
         point_adj.into()
-    }
-
-    /// The part whose surface is nearest, and the signed distance to it.
-    fn nearest_part(&self, pose: &ToolPose, point: Point) -> (f64, f64) {
-        let mut best = (0.0, f64::INFINITY);
-        for &side in self.sides() {
-            let d = self.shape.distance(self.frame(pose, side).to_local(point.into()));
-            if d < best.1 {
-                best = (side, d);
-            }
-        }
-        best
     }
 
     /// The world box around the tool, as (min, max), m.
