@@ -75,8 +75,8 @@ fn completions_know_the_commands() {
 #[test]
 fn standard_error_says_as_much_as_is_wanted_and_standard_output_only_json() {
     let dir = tempfile::tempdir().unwrap();
-    let short =
-        ["plan", "--task", "donut", "--particles", "200", "--effort", "quick", "--max-steps", "10", "--json"];
+    let short = "plan --task donut --method paper --particles 200 --iterations 1 --max-steps 10 --json";
+    let short: Vec<&str> = short.split(' ').collect();
     let said = |flags: &[&str]| {
         let output = donut_in(dir.path(), &[flags, &short].concat());
         assert!(output.status.code().unwrap() <= 1, "{}", text(&output.stderr));

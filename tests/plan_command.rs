@@ -87,7 +87,7 @@ fn generated_targets_differ_by_index() {
     let dir = tempfile::tempdir().unwrap();
     let goal = |index: &str| {
         let args = ["plan", "--task", "arrange", "--target", index, "--out", index, "--threads", "1"];
-        let output = donut_in(dir.path(), &[&args[..], &SHORT].concat());
+        let output = donut_in(dir.path(), &[&args[..], &SHORT_PAPER].concat());
         assert!(output.status.code().unwrap() <= 1, "{}", String::from_utf8_lossy(&output.stderr));
         read_run(&dir.path().join(index)).unwrap().trajectory.target
     };

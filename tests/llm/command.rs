@@ -12,7 +12,8 @@ use serde_json::Value;
 use super::server::{Server, chat, error, message};
 
 /// A short run: few particles, one iteration, one horizon.
-const SHORT: [&str; 8] = ["--particles", "200", "--iterations", "1", "--max-steps", "5", "--threads", "1"];
+/// Where a plan comes from is tested here, not how good it is.
+const SHORT: &str = "--method paper --particles 200 --iterations 1 --max-steps 5 --threads 1";
 const BAGEL: &str = "The dough is initially a round ball at (0, 0, 0) with radius 1. Make a thick bagel with a hole of radius 0.3.";
 const NO_CODE: &str = "### Step 1: roll it\ntool name: [rolling pin]\n";
 
@@ -28,7 +29,7 @@ fn plan(args: &[&str]) -> Plan {
     for variable in ["OPENAI_API_KEY", "OPENAI_BASE_URL", "ANTHROPIC_API_KEY", "ANTHROPIC_BASE_URL"] {
         command.env_remove(variable);
     }
-    command.arg("plan").args(args).args(SHORT).args(["--out", "run"]).current_dir(folder.path());
+    command.arg("plan").args(args).args(SHORT.split(' ')).args(["--out", "run"]).current_dir(folder.path());
     Plan { command, folder }
 }
 
