@@ -7,7 +7,6 @@
 use super::settings::StartScore;
 use crate::math::cloud::{Bounds, Point, centroid, distance, sub};
 use crate::math::quaternion::{from_axis_angle, product};
-use crate::sim::tool::PlacedTool;
 use crate::sim::{Motion, Tool, ToolPose};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -110,27 +109,26 @@ impl Placement<'_> {
         if self.score == StartScore::Direction && !self.is_gripper() {
             return self.pushing_score(pose, particles);
         }
-        self.sum_near(pose, particles, |motion, _, _| motion.iter().map(|m| m.abs()).sum())
+        let tool = self.tool.at(pose);
+        self.sum_near(particles, |motion, p| (motion.iter().map(|m| m.abs()).sum(), tool.distance(p)))
     }
 
     /// How well these particles should go where the tool at `pose` pushes them: away from it.
     pub fn pushing_score(&self, pose: &ToolPose, particles: &[usize]) -> f64 {
-        self.sum_near(pose, particles, |motion, tool, p| {
-            motion.iter().zip(tool.outward(p)).map(|(m, n)| m * n).sum()
+        let tool = self.tool.at(pose);
+        self.sum_near(particles, |motion, p| {
+            let (distance, outward) = tool.distance_and_outward(p);
+            (motion.iter().zip(outward).map(|(m, n)| m * n).sum(), distance)
         })
     }
 
-    /// The sum of what particles are worth by their motion and place, the more the nearer the tool is.
-    fn sum_near(
-        &self,
-        pose: &ToolPose,
-        particles: &[usize],
-        worth: impl Fn(Point, &PlacedTool<'_>, Point) -> f64,
-    ) -> f64 {
-        let tool = self.tool.at(pose);
+    /// The sum of what particles are worth, the more the nearer the tool is: `worth` of their motion and place, and the
+    /// distance to the tool.
+    fn sum_near(&self, particles: &[usize], worth: impl Fn(Point, Point) -> (f64, f64)) -> f64 {
         let one = |&i: &usize| {
             let p = self.positions[i];
-            worth(sub(self.reachable[i], p), &tool, p) / (tool.distance(p).abs() + self.delta)
+            let (worth, distance) = worth(sub(self.reachable[i], p), p);
+            worth / (distance.abs() + self.delta)
         };
         particles.iter().map(one).sum()
     }

@@ -40,31 +40,20 @@ impl<T: Real> Batch<T> {
         jobs: &[J],
         work: impl Fn(&mut Simulator<T>, &J) -> R + Sync,
     ) -> Vec<R> {
-        self.run_longest_first(jobs, |_| 0, work)
-    }
-
-    /// [`Batch::run`] for jobs whose `length` is known, in any unit: the longest begin first, so that no thread waits
-    /// long for the last one.
-    pub fn run_longest_first<J: Sync, R: Send>(
-        &mut self,
-        jobs: &[J],
-        length: impl Fn(&J) -> usize,
-        work: impl Fn(&mut Simulator<T>, &J) -> R + Sync,
-    ) -> Vec<R> {
         let Some(pool) = &self.pool else {
             return jobs.iter().map(|job| work(&mut self.simulators[0], job)).collect();
         };
-        let mut order: Vec<usize> = (0..jobs.len()).collect();
-        order.sort_by_key(|&k| std::cmp::Reverse(length(&jobs[k])));
         let next = AtomicUsize::new(0);
         let done = Mutex::new(Vec::with_capacity(jobs.len()));
         pool.scope(|scope| {
             for sim in &mut self.simulators {
-                let (order, next, done, work) = (&order, &next, &done, &work);
+                let (next, done, work) = (&next, &done, &work);
                 scope.spawn(move |_| {
-                    // Whoever is free takes the next one.
-                    while let Some(&k) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
-                        let result = work(sim, &jobs[k]);
+                    // Jobs differ in length: whoever is free takes the next one.
+                    loop {
+                        let k = next.fetch_add(1, Ordering::Relaxed);
+                        let Some(job) = jobs.get(k) else { break };
+                        let result = work(sim, job);
                         done.lock().expect("no thread has panicked").push((k, result));
                     }
                 });

@@ -154,18 +154,13 @@ impl<T: Real> Search<'_, T> {
         {
             let (s, tool, rest, coarse) = (self.settings, self.tool, self.rest, self.coarse);
             let (limit, lowered) = (self.gradient_memory, self.lowered);
-            let best = &pool[..pool.len().min(count)];
-            let refined = self.batch.run_longest_first(
-                best,
-                |tried| tried.stroke.steps,
-                |sim, tried| {
-                    sim.set_memory_limit(limit);
-                    let path =
-                        Descent { tool, rest, coarse, lowered, rate: s.learning_rate }.run(sim, tried, steps);
-                    sim.set_memory_limit(0);
-                    path
-                },
-            );
+            let refined = self.batch.run(&pool[..pool.len().min(count)], |sim, tried| {
+                sim.set_memory_limit(limit);
+                let path =
+                    Descent { tool, rest, coarse, lowered, rate: s.learning_rate }.run(sim, tried, steps);
+                sim.set_memory_limit(0);
+                path
+            });
             let strokes: Vec<Stroke> = refined.into_iter().flatten().collect();
             pool.extend(self.try_all(&strokes));
             pool = self.fittest(pool);
@@ -185,18 +180,14 @@ impl<T: Real> Search<'_, T> {
     fn try_all(&mut self, strokes: &[Stroke]) -> Vec<Tried> {
         let (lowered, rest, tool, coarse) = (self.lowered, self.rest, self.tool, self.coarse);
         let settle_steps = self.settings.settle_steps;
-        let left = self.batch.run_longest_first(
-            strokes,
-            |stroke| stroke.steps,
-            |sim, stroke| {
-                let pose = lowered(stroke.pose_above(rest));
-                let actions = stroke.actions(tool);
-                sim.set_tools(vec![tool.clone()]);
-                sim.rollout(&coarse.state, &[pose], &actions).ok()?;
-                let state = sim.state(actions.len());
-                Some(Left { stroke: stroke.clone(), pose, objective: coarse.objective(&state.x), state })
-            },
-        );
+        let left = self.batch.run(strokes, |sim, stroke| {
+            let pose = lowered(stroke.pose_above(rest));
+            let actions = stroke.actions(tool);
+            sim.set_tools(vec![tool.clone()]);
+            sim.rollout(&coarse.state, &[pose], &actions).ok()?;
+            let state = sim.state(actions.len());
+            Some(Left { stroke: stroke.clone(), pose, objective: coarse.objective(&state.x), state })
+        });
         let mut left: Vec<Left> = left.into_iter().flatten().filter(|l| l.objective.is_finite()).collect();
         let merit = |l: &Left| self.settings.merit(self.before - l.objective, l.stroke.steps);
         left.sort_by(|a, b| merit(b).total_cmp(&merit(a)));

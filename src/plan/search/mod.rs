@@ -217,8 +217,7 @@ impl<T: Real> Planner<'_, T> {
         let all = placement(problem, &state.x, problem.active, &[]);
         let mut outcomes: Vec<Outcome> = Vec::new();
         let mut add = |outcomes: &mut Vec<Outcome>, strokes: &[Tried]| {
-            let run = |sim: &mut Simulator<T>, tried: &Tried| execute(sim, problem, judge, state, tried).ok();
-            let tried = batch.run_longest_first(strokes, |tried| tried.stroke.steps, run);
+            let tried = batch.run(strokes, |sim, tried| execute(sim, problem, judge, state, tried).ok());
             outcomes.extend(tried.into_iter().flatten());
             let merit = |o: &Outcome| search.merit(objective_now - o.objective, o.tried.stroke.steps);
             // A stable sort: of equal ones first the one that is better with few particles.

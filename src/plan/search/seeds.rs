@@ -124,7 +124,7 @@ fn lean(place: &Placement<'_>, substeps: usize, motion: &[Point], pose: &ToolPos
             if d > NEAR {
                 return None;
             }
-            let along: f64 = motion[i].iter().zip(here.outward(p)).map(|(m, n)| m * n).sum();
+            let along: f64 = motion[i].iter().zip(here.distance_and_outward(p).1).map(|(m, n)| m * n).sum();
             Some((p, d, along / (d.max(0.0) + place.delta)))
         })
         .collect();

@@ -28,10 +28,11 @@ impl PlacedTool<'_> {
         self.nearest_part(point).2
     }
 
-    /// The gradient of [`PlacedTool::distance`]: the direction in which the tool pushes what is at `point`.
-    pub fn outward(&self, point: Point) -> Point {
-        let (_, frame, _) = self.nearest_part(point);
-        (frame.rotation * self.tool.shape.gradient(frame.to_local(point.into()))).into()
+    /// [`PlacedTool::distance`] and its gradient: the direction in which the tool pushes what is at `point`.
+    pub fn distance_and_outward(&self, point: Point) -> (f64, Point) {
+        let (_, frame, distance) = self.nearest_part(point);
+        let local = frame.to_local(point.into());
+        (distance, (frame.rotation * self.tool.shape.gradient(local)).into())
     }
 
     /// The part whose surface is nearest: its side and frame, and the signed distance to it.
@@ -82,7 +83,7 @@ mod tests {
                 &mut rng,
                 &p,
                 |p| vec![placed.distance(point(p))],
-                |p, y| placed.outward(point(p)).map(|g| g * y[0]).to_vec(),
+                |p, y| placed.distance_and_outward(point(p)).1.map(|g| g * y[0]).to_vec(),
                 Tolerance { relative: 1e-5, absolute: 1e-8 },
             );
         }
