@@ -23,11 +23,14 @@ use super::layout::Layout;
 use super::particles::{BLOCK, Packed, blocks_for};
 use super::transfer::NODE;
 
+/// States that a substep reads or writes: its own, the next, and the deformation of the one after that.
+pub const RUNNING: usize = 3;
+
 /// Everything the backward pass needs of an epoch's substeps. Reused from rollout to rollout, so that the
 /// steady state does not allocate.
 #[derive(Clone, Debug, Default)]
 pub struct Trace<T> {
-    /// Packed states, one more than substeps.
+    /// Packed states, one more than substeps, but [`RUNNING`] at least.
     pub states: Vec<Vec<T>>,
     /// Eigenvectors of each particle's trial deformation, [`AXES`] numbers a block.
     pub axes: Vec<Vec<T>>,
@@ -48,7 +51,7 @@ impl<T: Real> Trace<T> {
                 array.resize(len, T::default());
             }
         };
-        fit(&mut self.states, substeps + 1, blocks_for(particles) * BLOCK);
+        fit(&mut self.states, RUNNING.max(substeps + 1), blocks_for(particles) * BLOCK);
         fit(&mut self.axes, substeps, blocks_for(particles) * AXES);
         fit(&mut self.momentum, substeps, nodes * NODE);
         fit(&mut self.velocity, substeps, nodes * NODE);

@@ -31,7 +31,7 @@ pub struct GridUpdate<'a, T> {
     pub params: &'a Params,
     pub simd: SimdLevel,
     pub layout: &'a Layout,
-    /// The parts' shares: for each part its nodes' four components.
+    /// The parts' shares: for each part its nodes' four components. None if they are summed already.
     pub shares: &'a [Vec<T>],
     pub contacts: &'a [Contact<'a>],
     /// The pencils to update.
@@ -133,7 +133,7 @@ impl<T: Real> Kernel<T> for FreeMotionAdj<'_, T> {
 }
 
 impl<T: Real> GridUpdate<'_, T> {
-    /// Sums the shares into `momentum` and writes the velocities after forces, tools and walls into
+    /// Sums the shares, if there are any, into `momentum` and writes the velocities after forces, tools and walls into
     /// `velocity`; both hold the pencils' nodes, four components each.
     pub fn run(&self, momentum: &mut [T], velocity: &mut [T]) {
         let origin = self.layout.nodes_of(&self.pencils).start;
@@ -190,10 +190,13 @@ impl<T: Real> GridUpdate<'_, T> {
                 continue;
             }
             for k in 0..=last {
+                let at_wall = at_wall(k);
+                if !at_wall && near.iter().all(|near| k < near.from) {
+                    continue;
+                }
                 let at = (pencil.start as usize - origin + k) * NODE;
-                let site = Site { node: node(k), k, at, at_wall: at_wall(k) };
-                if momentum[at + 3].to_f64() > MASS_MIN && (!near.is_empty() || site.at_wall) {
-                    work(&site, &mut near);
+                if momentum[at + 3].to_f64() > MASS_MIN {
+                    work(&Site { node: node(k), k, at, at_wall }, &mut near);
                 }
             }
         }
@@ -201,6 +204,9 @@ impl<T: Real> GridUpdate<'_, T> {
 
     /// Adds up, part by part, what the parts hold of these pencils' nodes.
     fn sum_shares(&self, origin: usize, sum: &mut [T]) {
+        if self.shares.is_empty() {
+            return;
+        }
         let nodes = origin..origin + sum.len() / NODE;
         // Numbers up to here are written: parts follow one another, and each has nodes in common with the next.
         let mut written = 0;

@@ -175,16 +175,25 @@ impl<T: Real> Packed<T> {
     /// multiple of the old distance's last digit.
     pub fn take_sorted(&mut self, from: &Self, from_slot: &[u32]) {
         self.fit(from_slot.len());
-        for (slot, &old) in from_slot.iter().enumerate() {
-            let old = old as usize;
-            for field in 0..FIELDS {
-                self.fields[index(slot, field)] = from.fields[index(old, field)];
+        let blocks = self.fields.as_chunks_mut::<BLOCK>().0;
+        for (block, olds) in blocks.iter_mut().zip(from_slot.chunks(LANES)) {
+            let mut starts = [0; LANES];
+            starts.iter_mut().zip(olds).for_each(|(start, &old)| *start = index(old as usize, 0));
+            for (field, row) in block.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+                for (to, start) in row[..olds.len()].iter_mut().zip(starts) {
+                    *to = from.fields[start + field * LANES];
+                }
             }
+        }
+        for (slot, &old) in from_slot.iter().enumerate() {
             for axis in 0..3 {
                 let x = &mut self.fields[index(slot, X + axis)];
-                let shift = T::from_f64(x.to_f64().round());
+                let cells = x.to_f64();
+                // Most are still nearest to the anchor that they have.
+                let shift = T::from_f64(if cells.abs() < 0.5 { 0.0 } else { cells.round() });
                 *x -= shift;
-                self.anchors[anchor_index(slot, axis)] = from.anchors[anchor_index(old, axis)] + shift;
+                self.anchors[anchor_index(slot, axis)] =
+                    from.anchors[anchor_index(old as usize, axis)] + shift;
             }
         }
     }

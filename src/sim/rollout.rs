@@ -25,7 +25,7 @@
 //! beyond it keep their first state alone, and run again before their adjoint (checkpointing with one level; Griewank
 //! and Walther, chapter 12). That adds one forward pass to what was about four, and changes no bit.
 
-use super::epoch::{Epoch, Trace};
+use super::epoch::{Epoch, RUNNING, Trace};
 use super::error::SimError;
 use super::input::check;
 use super::lanes::Real;
@@ -213,9 +213,9 @@ impl<T: Real> Simulator<T> {
         epoch.kept = kept;
         let mut trace =
             if kept { std::mem::take(&mut epoch.trace) } else { std::mem::take(&mut self.scratch) };
-        let outcome = self.run_substeps(&mut epoch, &mut trace, wanted);
+        let outcome = self.run_substeps(&mut epoch, &mut trace, wanted, kept);
         if outcome.is_ok() {
-            self.end.fields.copy_from_slice(&trace.states[epoch.count]);
+            self.end.fields.copy_from_slice(&trace.states[if kept { epoch.count } else { 0 }]);
         }
         if kept {
             epoch.trace = trace;
@@ -227,14 +227,17 @@ impl<T: Real> Simulator<T> {
         outcome.map(|()| (count, if kept { bytes } else { 0 }))
     }
 
-    /// Runs up to `wanted` substeps from the epoch's start; `epoch.count` says how many the layout allowed.
+    /// Runs up to `wanted` substeps from the epoch's start; `epoch.count` says how many the layout allowed. If `kept`,
+    /// `trace` has all of them in the end, else only the last state, at place 0: the next substep finds what it reads
+    /// still in the cache then.
     fn run_substeps(
         &mut self,
         epoch: &mut Epoch<T>,
         trace: &mut Trace<T>,
         wanted: usize,
+        kept: bool,
     ) -> Result<(), SimError> {
-        trace.resize(wanted, self.particles, epoch.layout.len);
+        trace.resize(if kept { wanted } else { 1 }, self.particles, epoch.layout.len);
         trace.states[0].copy_from_slice(&epoch.start.fields);
         let mut workspace = std::mem::take(&mut self.workspace);
         let Trace { states, axes, momentum, velocity } = trace;
@@ -250,15 +253,20 @@ impl<T: Real> Simulator<T> {
             assert!(begun, "a fresh layout holds every particle");
             for k in 0..wanted {
                 let t = epoch.first + k;
-                let [state, next, rest @ ..] = &mut states[k..] else {
+                let (at, ahead_at) = if kept { (k, k + 1) } else { (0, 0) };
+                let [state, next, rest @ ..] = &mut states[at..] else {
                     unreachable!("one more than substeps")
                 };
-                let ahead = (k + 1 < wanted).then(|| Deformed { next: &mut rest[0], axes: &mut axes[k + 1] });
-                let (momentum, velocity) = (&mut momentum[k], &mut velocity[k]);
+                let ahead =
+                    (k + 1 < wanted).then(|| Deformed { next: &mut rest[0], axes: &mut axes[ahead_at] });
+                let (momentum, velocity) = (&mut momentum[at], &mut velocity[at]);
                 let go_on = self
                     .substep(layout, t)
                     .run(state, anchors, next, momentum, velocity, ahead, &mut workspace)
                     .map_err(|fault| located(t, fault))?;
+                if !kept {
+                    states[..RUNNING].rotate_left(1);
+                }
                 if !go_on {
                     return Ok(k + 1);
                 }
@@ -337,7 +345,7 @@ impl<T: Real> Simulator<T> {
         }
         let mut again = Epoch { kept: false, ..epoch.clone() };
         let mut scratch = std::mem::take(&mut self.scratch);
-        let outcome = self.run_substeps(&mut again, &mut scratch, epoch.count);
+        let outcome = self.run_substeps(&mut again, &mut scratch, epoch.count, true);
         self.scratch = scratch;
         outcome
     }

@@ -119,6 +119,17 @@ fn cut<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut
         .collect()
 }
 
+/// The shares that are still to be summed: none if there is but one, which is the `sum` and is exchanged for it.
+fn unsummed<'a, T>(shares: &'a mut [Vec<T>], sum: &mut Vec<T>) -> &'a [Vec<T>] {
+    match shares {
+        [whole] => {
+            std::mem::swap(whole, sum);
+            &[]
+        }
+        shares => shares,
+    }
+}
+
 /// Where P2G writes: the deformation at the substep's end, and the eigenvectors that the constitutive update found.
 pub struct Deformed<'a, T> {
     pub next: &'a mut [T],
@@ -152,13 +163,13 @@ impl Substep<'_> {
         state: &[T],
         anchors: &[T],
         next: &mut [T],
-        momentum: &mut [T],
+        momentum: &mut Vec<T>,
         velocity: &mut [T],
         ahead: Option<Deformed<'_, T>>,
         workspace: &mut Workspace<T>,
     ) -> Result<bool, Fault> {
         let contacts = contacts(self.params, self.tools, self.start, self.end);
-        self.update_grid(&contacts, &workspace.shares, momentum, velocity);
+        self.update_grid(&contacts, &mut workspace.shares, momentum, velocity);
         let velocity = &*velocity;
         let jobs: Vec<_> = match ahead {
             Some(deformed) => self.scatters(deformed, &mut workspace.shares).map(Some).collect(),
@@ -238,10 +249,11 @@ impl Substep<'_> {
     fn update_grid<T: Real>(
         &self,
         contacts: &[Contact<'_>],
-        shares: &[Vec<T>],
-        momentum: &mut [T],
+        shares: &mut [Vec<T>],
+        momentum: &mut Vec<T>,
         velocity: &mut [T],
     ) {
+        let shares = unsummed(shares, momentum);
         let momentum = cut(momentum, self.pencil_lengths());
         let velocity = cut(velocity, self.pencil_lengths());
         let items = self.layout.pencil_parts.iter().zip(momentum).zip(velocity).collect();
@@ -341,10 +353,11 @@ impl<T: Real> SubstepAdj<'_, T> {
     fn update_grid_adj(
         &self,
         contacts: &[Contact<'_>],
-        shares: &[Vec<T>],
-        momentum_adj: &mut [T],
+        shares: &mut [Vec<T>],
+        momentum_adj: &mut Vec<T>,
     ) -> Vec<ContactAdj> {
         let s = &self.substep;
+        let shares = unsummed(shares, momentum_adj);
         let out = cut(momentum_adj, s.pencil_lengths());
         let items = s.layout.pencil_parts.iter().zip(out).collect();
         let partial = over_parts(s.parallel, items, |(pencils, out)| {
