@@ -64,15 +64,23 @@ impl<T: Real> List<T> {
         for k in 0..LENGTH {
             values[k] += prices.get(self.slot[k] as usize);
         }
-        let mut found = TwoBest { best: T::INFINITY, second: T::INFINITY, slot: 0 };
-        for (k, &value) in values.iter().enumerate() {
-            let better = value < found.best;
-            found.second = found.second.least(if better { found.best } else { value });
-            found.slot = if better { k } else { found.slot };
-            found.best = if better { value } else { found.best };
+        // By halves, which suits vectors: the least of each half's least, and the least of what is left.
+        let (mut best, mut second) = (values, [T::INFINITY; LENGTH]);
+        let mut width = LENGTH / 2;
+        while width > 0 {
+            for k in 0..width {
+                let (a, b) = (best[k], best[k + width]);
+                best[k] = a.least(b);
+                second[k] = second[k].least(second[k + width]).least(a.most(b));
+            }
+            width /= 2;
         }
-        found.slot = self.slot[found.slot] as usize;
-        found
+        let mut first = [0; LENGTH];
+        for k in 0..LENGTH {
+            first[k] = if values[k] == best[0] { k as u32 } else { u32::MAX };
+        }
+        let first = first.into_iter().fold(u32::MAX, u32::min);
+        TwoBest { best: best[0], second: second[0], slot: self.slot[first as usize] as usize }
     }
 
     /// The slots of the list with cost plus price.
