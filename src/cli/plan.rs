@@ -102,7 +102,11 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
 
     let mut progress = ProgressLine::new(scene.planner.max_steps);
     let planning = Planning { method: args.method, search: SearchSettings::of(args.effort) };
-    let run = run_task(&scene, &stages, &planning, args.seed, &options, |event| progress.show(&event))?;
+    // Matchings and the choice of start places take the threads of the pool that they are called on.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build()?;
+    let run = pool.install(|| {
+        run_task(&scene, &stages, &planning, args.seed, &options, |event| progress.show(&event))
+    })?;
     progress.finish();
 
     let inputs = RunInputs {

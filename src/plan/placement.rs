@@ -189,19 +189,20 @@ impl Placement<'_> {
     pub fn lowered_anyhow(&self, mut pose: ToolPose) -> ToolPose {
         let lowest = self.tool.lower_bound[1];
         pose.position[1] = 0.0;
-        let near: Vec<Point> = self.under(&pose);
+        let mut near: Vec<Point> = self.under(&pose);
         // Above this height the tool touches nothing.
         let (min, _) = self.tool.bounds(&pose);
         let top = near.iter().map(|p| p[1]).fold(0.0, f64::max);
         let mut y = (top + CLEARANCE - min[1] + DESCENT[0]).clamp(lowest, self.tool.upper_bound[1]);
+        let at = |y: f64| ToolPose { position: [pose.position[0], y, pose.position[2]], ..pose };
         for step in DESCENT {
-            let below = |y: f64| ToolPose {
-                position: [pose.position[0], (y - step).max(lowest), pose.position[2]],
-                ..pose
-            };
+            let below = |y: f64| at((y - step).max(lowest));
             while y > lowest && self.is_free(&below(y), &near) {
                 y = (y - step).max(lowest);
             }
+            // There is no room for another such step: dough that is farther than that does not matter to smaller ones.
+            let tool = self.tool.at(&at(y));
+            near.retain(|p| tool.distance(*p) < CLEARANCE + 2.0 * step);
         }
         pose.position[1] = y;
         pose
@@ -324,6 +325,42 @@ mod tests {
         }
         // From there a plate pushes flat what is to become flat.
         assert!(outside.iter().all(|pose| place.pushing_score(pose, &active) > 0.0));
+    }
+
+    #[test]
+    fn a_tool_comes_down_until_a_tenth_of_a_millimetre_more_would_be_too_much() {
+        let shapes = [
+            Shape::Capsule { radius: 0.03, length: 0.3 },
+            Shape::Box { half_extents: [0.02, 0.1, 0.06] },
+            Shape::Knife {
+                half_extents: [0.025, 0.2, 0.06],
+                prism_size: [0.15, 0.15],
+                prism_rotation: [1.0, 0.0, 0.0, 0.58],
+            },
+        ];
+        // A heap: what the tool meets first depends on where it comes down.
+        let heap: Vec<Point> =
+            slab().into_iter().filter(|p| p[1] < 0.1 - 0.5 * (p[0] - 0.45).hypot(p[2] - 0.48)).collect();
+        let active: Vec<usize> = (0..heap.len()).collect();
+        let mut lowered = 0;
+        for shape in shapes {
+            let tool = Tool { shape, motion: Motion::Translation, action_scale: vec![0.015; 3], ..gripper() };
+            let place = place(&tool, &heap, &active, &heap);
+            for yaw in [0.0, 0.4, 1.1] {
+                let turn = from_axis_angle(Vector3::new(0.2, yaw, 0.0));
+                for pose in place.candidates(product(turn, REST.rotation)) {
+                    if pose.position[1] <= tool.lower_bound[1] {
+                        continue;
+                    }
+                    lowered += 1;
+                    assert!(place.is_free(&pose, &heap), "{tool:?} {pose:?}");
+                    let [x, y, z] = pose.position;
+                    let below = ToolPose { position: [x, y - DESCENT[3], z], ..pose };
+                    assert!(!place.is_free(&below, &place.under(&below)), "{tool:?} {pose:?}");
+                }
+            }
+        }
+        assert!(lowered > 100, "{lowered}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! A stage's problem and the dough come in, a [`Coarse`] copy and its objective go out. Imports emd.
 
-use crate::emd::exact::{assign, assign_within};
+use crate::emd::exact::{Assignment, assign, assign_within};
 use crate::math::cloud::{Bounds, Point, distance, sub};
 use crate::math::hull::HullFromAbove;
 use crate::math::kd_tree::KdTree;
@@ -30,6 +30,18 @@ pub struct Coarse<'a> {
     pub weights: Weights,
     /// By how much the EMD may be missed, m.
     tolerance: f64,
+}
+
+/// What dough costs where it is.
+#[derive(Clone, Debug)]
+pub struct Cost {
+    /// What a stage wants small, m: the EMD of the active dough to its target, what it costs that some of it strays from
+    /// the target's neighbourhood or is in its gaps, and the way that the other dough has gone; by their shares.
+    pub objective: f64,
+    /// The EMD of the active dough to its target, m.
+    pub emd: f64,
+    /// The objective's gradient by the positions.
+    pub positions_adj: Vec<Point>,
 }
 
 /// What dough costs that is where none should be, against a way of the same length.
@@ -151,17 +163,16 @@ impl<'a> Coarse<'a> {
         }
     }
 
-    /// What a stage wants small, m: the EMD of the active dough to its target, what it costs that some of it strays from
-    /// the target's neighbourhood or is in its gaps, and the way that the other dough has gone; by their shares.
+    /// [`Cost::objective`] alone.
     pub fn objective(&self, x: &[Point]) -> f64 {
-        self.objective_adj(x).0
+        self.cost(x).objective
     }
 
-    /// [`Coarse::objective`] and its gradient by the positions. The matching changes at a kink of the EMD only, so
-    /// that it may be held fixed (envelope theorem).
-    pub fn objective_adj(&self, x: &[Point]) -> (f64, Vec<Point>) {
+    /// What dough at `x` costs. The matching changes at a kink of the EMD only, so that the gradient may take it for fixed
+    /// (envelope theorem).
+    pub fn cost(&self, x: &[Point]) -> Cost {
         let active: Vec<Point> = self.active.iter().map(|&i| x[i]).collect();
-        let matched = self.matched(&active);
+        let matching = self.matching(&active);
         let share = 1.0 / x.len() as f64;
         let mut sum = 0.0;
         let mut adj = vec![[0.0; 3]; x.len()];
@@ -175,7 +186,7 @@ impl<'a> Coarse<'a> {
                 }
             }
         };
-        for (&i, &t) in self.active.iter().zip(&matched) {
+        for (&i, &t) in self.active.iter().zip(&matching.target_of) {
             let to = self.target[t];
             pull(i, to, (distance(x[i], to), 1.0));
             let Weights { stray, gap } = self.weights;
@@ -192,16 +203,15 @@ impl<'a> Coarse<'a> {
         for &i in &self.others {
             pull(i, self.home[i], (distance(x[i], self.home[i]), 1.0));
         }
-        (sum * share, adj)
+        Cost { objective: sum * share, emd: matching.mean_distance, positions_adj: adj }
     }
 
-    /// For each of the active dough's points the target point that it is matched with.
-    fn matched(&self, active: &[Point]) -> Vec<usize> {
-        let matching = match self.tolerance {
+    /// The matching of the active dough's points with the target's.
+    fn matching(&self, active: &[Point]) -> Assignment {
+        match self.tolerance {
             0.0 => assign(active, &self.target),
             tolerance => assign_within(active, &self.target, tolerance),
-        };
-        matching.target_of
+        }
     }
 
     /// What dough in gaps costs by a weight of 1, m: its depth in them as a mean over all dough, which is at `x`.
@@ -210,10 +220,10 @@ impl<'a> Coarse<'a> {
         self.active.iter().map(depth).sum::<f64>() / self.ids.len() as f64
     }
 
-    /// [`Coarse::objective`] where the whole dough is at `x`.
-    pub fn objective_of_all(&self, x: &[Point]) -> f64 {
+    /// [`Coarse::cost`] where the whole dough is at `x`; the gradient is by the places of the chosen particles.
+    pub fn cost_of_all(&self, x: &[Point]) -> Cost {
         let own: Vec<Point> = self.ids.iter().map(|&i| x[i]).collect();
-        self.objective(&own)
+        self.cost(&own)
     }
 
     /// Active particles that are where they cost most: in a gap of the target if that is what counts, or far from every
@@ -230,7 +240,7 @@ impl<'a> Coarse<'a> {
     /// For every particle the way that it should go, m: active ones to their match, others nowhere.
     pub fn motion(&self) -> Vec<Point> {
         let active: Vec<Point> = self.active.iter().map(|&i| self.state.x[i]).collect();
-        let matched = self.matched(&active);
+        let matched = self.matching(&active).target_of;
         let mut motion = vec![[0.0; 3]; self.state.len()];
         for (&i, &t) in self.active.iter().zip(&matched) {
             motion[i] = sub(self.target[t], self.state.x[i]);
@@ -353,7 +363,7 @@ mod tests {
         assert!(coarse.objective(&there) < 1e-12);
         // The others have left their place, or the distance would have a kink there.
         let away: Vec<Point> = x.iter().map(|p| [p[0] + 0.01, p[1], p[2] - 0.005]).collect();
-        let (_, adj) = coarse.objective_adj(&away);
+        let adj = coarse.cost(&away).positions_adj;
         let in_gaps = (0..30).filter(|&i| near_target.in_gap(away[i]).is_some()).count();
         assert!((3..27).contains(&in_gaps), "{in_gaps} of 30 are in a gap");
         let without = Coarse { weights: Weights { gap: 0.0, ..coarse.weights }, ..coarse.clone() };

@@ -2,7 +2,7 @@
 //!
 //! Coarse dough and seeds come in, the best stroke found goes out. Imports sim's batches.
 
-use super::coarse::Coarse;
+use super::coarse::{Coarse, Cost};
 use super::seeds::Seed;
 use super::stroke::{Spread, Stroke, pick};
 use crate::math::cloud::{Point, distance};
@@ -152,17 +152,17 @@ impl<T: Real> Search<'_, T> {
         for (count, steps) in
             [(REFINED, self.settings.gradient_steps), (REFINED / 2, 2 * self.settings.gradient_steps)]
         {
-            let (s, tool, rest, coarse) = (self.settings, self.tool, self.rest, self.coarse);
-            let (limit, lowered) = (self.gradient_memory, self.lowered);
-            let refined = self.batch.run(&pool[..pool.len().min(count)], |sim, tried| {
-                sim.set_memory_limit(limit);
-                let path =
-                    Descent { tool, rest, coarse, lowered, rate: s.learning_rate }.run(sim, tried, steps);
-                sim.set_memory_limit(0);
-                path
-            });
-            let strokes: Vec<Stroke> = refined.into_iter().flatten().collect();
-            pool.extend(self.try_all(&strokes));
+            let descent = Descent {
+                tool: self.tool,
+                rest: self.rest,
+                coarse: self.coarse,
+                lowered: self.lowered,
+                rate: self.settings.learning_rate,
+                memory: self.gradient_memory,
+            };
+            let paths =
+                self.batch.run(&pool[..pool.len().min(count)], |sim, tried| descent.run(sim, tried, steps));
+            pool.extend(self.settled(paths.into_iter().flatten().collect()));
             pool = self.fittest(pool);
         }
         for way in NUDGES {
@@ -174,24 +174,26 @@ impl<T: Real> Search<'_, T> {
     }
 
     /// Those of the strokes that can be carried out and promise most, with what they lead to.
+    fn try_all(&mut self, strokes: &[Stroke]) -> Vec<Tried> {
+        let (lowered, rest, tool, coarse) = (self.lowered, self.rest, self.tool, self.coarse);
+        let left = self.batch.run(strokes, |sim, stroke| {
+            sim.set_tools(vec![tool.clone()]);
+            Left::of(sim, stroke, lowered(stroke.pose_above(rest)), tool, coarse).map(|(left, _)| left)
+        });
+        self.settled(left)
+    }
+
+    /// What comes of the strokes that promise most, of all that were tried: none where a rollout broke down.
     ///
     /// Half of the time would go into dough that comes to rest after strokes that nobody wants: only the better half of
     /// the strokes, judged by the dough as the tool leaves it, is followed to its end.
-    fn try_all(&mut self, strokes: &[Stroke]) -> Vec<Tried> {
-        let (lowered, rest, tool, coarse) = (self.lowered, self.rest, self.tool, self.coarse);
-        let settle_steps = self.settings.settle_steps;
-        let left = self.batch.run(strokes, |sim, stroke| {
-            let pose = lowered(stroke.pose_above(rest));
-            let actions = stroke.actions(tool);
-            sim.set_tools(vec![tool.clone()]);
-            sim.rollout(&coarse.state, &[pose], &actions).ok()?;
-            let state = sim.state(actions.len());
-            Some(Left { stroke: stroke.clone(), pose, objective: coarse.objective(&state.x), state })
-        });
+    fn settled(&mut self, left: Vec<Option<Left>>) -> Vec<Tried> {
+        let (coarse, settle_steps) = (self.coarse, self.settings.settle_steps);
+        let half = left.len().div_ceil(2);
         let mut left: Vec<Left> = left.into_iter().flatten().filter(|l| l.objective.is_finite()).collect();
         let merit = |l: &Left| self.settings.merit(self.before - l.objective, l.stroke.steps);
         left.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
-        left.truncate(strokes.len().div_ceil(2));
+        left.truncate(half);
         let results = self.batch.run(&left, |sim, l| {
             let end = come_to_rest(sim, l.state.clone(), settle_steps, |_| {}).ok()?;
             let objective = coarse.objective(&end.x);
@@ -209,6 +211,23 @@ struct Left {
     state: ParticleState,
 }
 
+impl Left {
+    /// What `stroke` leaves, from `pose`, and the gradient of the objective by its positions; none if the rollout breaks
+    /// down.
+    fn of<T: Real>(
+        sim: &mut Simulator<T>,
+        stroke: &Stroke,
+        pose: ToolPose,
+        tool: &Tool,
+        coarse: &Coarse<'_>,
+    ) -> Option<(Self, Vec<Point>)> {
+        sim.rollout(&coarse.state, &[pose], &stroke.actions(tool)).ok()?;
+        let state = sim.state(stroke.steps);
+        let Cost { objective, positions_adj, .. } = coarse.cost(&state.x);
+        Some((Self { stroke: stroke.clone(), pose, objective, state }, positions_adj))
+    }
+}
+
 /// A gradient descent on the objective at the end of a stroke, by its path and by where it begins.
 struct Descent<'a> {
     tool: &'a Tool,
@@ -216,33 +235,48 @@ struct Descent<'a> {
     coarse: &'a Coarse<'a>,
     lowered: &'a (dyn Fn(ToolPose) -> ToolPose + Sync),
     rate: f64,
+    /// Bytes for substeps.
+    memory: usize,
 }
 
 impl Descent<'_> {
-    /// Some of the strokes that the descent from `tried` passes.
-    fn run<T: Real>(&self, sim: &mut Simulator<T>, tried: &Tried, steps: usize) -> Vec<Stroke> {
+    /// What some of the strokes leave that the descent from `tried` passes.
+    fn run<T: Real>(&self, sim: &mut Simulator<T>, tried: &Tried, steps: usize) -> Vec<Option<Left>> {
         let from = &tried.stroke;
         let mut variables = from.variables();
         let mut adam = Adam::new(&variables);
         let mut path = Vec::new();
         sim.set_tools(vec![self.tool.clone()]);
-        for k in 1..=steps {
+        for k in 0..=steps {
+            let is_last = k == steps;
+            sim.set_memory_limit(if is_last { 0 } else { self.memory });
             let stroke = from.with_variables(self.tool, &variables);
-            let Some(gradient) = self.gradient(sim, &stroke) else { break };
-            adam.step(self.rate, &gradient, &mut variables);
-            if k % EVERY == 0 {
-                path.push(from.with_variables(self.tool, &variables));
+            let pose = (self.lowered)(stroke.pose_above(self.rest));
+            let (left, positions_adj) = Left::of(sim, &stroke, pose, self.tool, self.coarse).unzip();
+            if k > 0 && k % EVERY == 0 {
+                path.push(left);
             }
+            if is_last {
+                break;
+            }
+            let gradient = positions_adj.and_then(|adj| self.gradient(sim, &stroke, adj));
+            let Some(gradient) = gradient else { break };
+            adam.step(self.rate, &gradient, &mut variables);
         }
+        sim.set_memory_limit(0);
         path
     }
 
-    /// By the stroke's variables. The height at which the tool touches the dough is taken for fixed.
-    fn gradient<T: Real>(&self, sim: &mut Simulator<T>, stroke: &Stroke) -> Option<Vec<Vec<f64>>> {
-        let pose = (self.lowered)(stroke.pose_above(self.rest));
-        sim.rollout(&self.coarse.state, &[pose], &stroke.actions(self.tool)).ok()?;
+    /// By the stroke's variables, where that by the positions it has led to is known. The height at which the tool
+    /// touches the dough is taken for fixed.
+    fn gradient<T: Real>(
+        &self,
+        sim: &mut Simulator<T>,
+        stroke: &Stroke,
+        positions_adj: Vec<Point>,
+    ) -> Option<Vec<Vec<f64>>> {
         let mut seeds = vec![StepSeed::default(); stroke.steps + 1];
-        seeds[stroke.steps].positions = self.coarse.objective_adj(&sim.positions(stroke.steps)).1;
+        seeds[stroke.steps].positions = positions_adj;
         let gradient = sim.rollout_adj(&seeds).ok()?;
         let rows = stroke.variables_adj(self.tool, self.rest, &gradient.start_poses[0], &gradient.actions);
         rows.iter().flatten().all(|g| g.is_finite()).then_some(rows)

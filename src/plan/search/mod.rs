@@ -12,12 +12,12 @@ pub mod stroke;
 use super::optimize::Horizon;
 use super::placement::Placement;
 use super::settings::StartScore;
-use super::stage::{Progress, SegmentTrace, StageProblem, StageTrace, StopReason, stage_emd};
+use super::stage::{Progress, SegmentTrace, StageProblem, StageTrace, StopReason};
 use crate::math::cloud::Point;
 use crate::math::rng::{Pcg64, seeded};
 use crate::sim::lanes::Real;
 use crate::sim::{Batch, Options, Params, ParticleState, SimError, Simulator, ToolPose};
-use coarse::{Coarse, NearTarget, Weights};
+use coarse::{Coarse, Cost, NearTarget, Weights};
 use evolve::{NUDGES, Search, Tried, are_kin, come_to_rest};
 use seeds::Seed;
 use stroke::Stroke;
@@ -54,9 +54,8 @@ pub fn plan_stage<T: Real>(
         rng: seeded(problem.seed, "search"),
     };
     let mut state = start.clone();
-    let emd_initial = stage_emd(problem, &state.x);
+    let Cost { objective: mut objective_now, emd: emd_initial, .. } = planner.judge.cost_of_all(&state.x);
     let mut emd_now = emd_initial;
-    let mut objective_now = planner.judge.objective_of_all(&state.x);
     let mut failures = 0;
     // What looking ahead has found for the dough as it is.
     let mut known: Vec<Tried> = Vec::new();
@@ -89,16 +88,15 @@ pub fn plan_stage<T: Real>(
             failures += 1;
             continue;
         };
-        let Outcome { tried, objective, mut horizon, settled, settling } = best;
+        let Outcome { tried, objective, emd, mut horizon, settled, settling } = best;
         horizon.losses = vec![objective_now, tried.objective, objective];
-        let emd_after = stage_emd(problem, &settled.x);
         let accepted = search.is_gain(objective_now, objective);
         segments.push(SegmentTrace {
             placed: true,
             start_pose: tried.pose,
             horizon,
             emd_before: emd_now,
-            emd_after,
+            emd_after: emd,
             accepted,
             reachable: Vec::new(),
             settling,
@@ -108,7 +106,7 @@ pub fn plan_stage<T: Real>(
             continue;
         }
         state = settled;
-        (emd_now, objective_now) = (emd_after, objective);
+        (emd_now, objective_now) = (emd, objective);
         steps += tried.stroke.steps;
         strokes += 1;
         known = next;
@@ -120,8 +118,9 @@ pub fn plan_stage<T: Real>(
 /// A stroke with all particles.
 struct Outcome {
     tried: Tried,
-    /// The objective after it, of all particles, m.
+    /// The objective and the EMD after it, of all particles, m.
     objective: f64,
+    emd: f64,
     /// What the tool did.
     horizon: Horizon,
     /// The dough after it has settled, and how it settled.
@@ -346,6 +345,6 @@ fn execute<T: Real>(
     let mut settling = Vec::new();
     let settled =
         come_to_rest(sim, horizon.end.clone(), problem.search.settle_steps, |frame| settling.push(frame))?;
-    let objective = judge.objective_of_all(&settled.x);
-    Ok(Outcome { tried: tried.clone(), objective, horizon, settled, settling })
+    let Cost { objective, emd, .. } = judge.cost_of_all(&settled.x);
+    Ok(Outcome { tried: tried.clone(), objective, emd, horizon, settled, settling })
 }

@@ -3,6 +3,10 @@
 //! Dough, its desired motion and a tool come in; a few different places go out, best first, each with the
 //! direction in the space of actions that pushes best. Imports placement.
 
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+
 use crate::math::cloud::{Point, distance};
 use crate::plan::placement::{Placement, same_surface};
 use crate::plan::search::stroke::{Stroke, free_components};
@@ -47,39 +51,20 @@ pub fn seeds(
     strays: &[usize],
     count: usize,
 ) -> Vec<Seed> {
-    let lowest = place.tool.lower_bound[1];
-    let (mut touching, mut inside, mut clearing, mut outside) =
-        (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for k in 0..YAWS {
-        let yaw = std::f64::consts::TAU * k as f64 / YAWS as f64;
-        let turned = Stroke { x: 0.0, z: 0.0, yaw, gap: 0.0, steps: 0, knots: Vec::new(), stir: 0.0 };
-        for pose in place.candidates(turned.pose_above(place.rest).rotation) {
-            let stroke = Stroke { x: pose.position[0], z: pose.position[2], gap: pose.gap, ..turned.clone() };
-            let dive = pose.position[1] - lowest;
-            if dive > 0.0 {
-                let [x, _, z] = pose.position;
-                let pose = ToolPose { position: [x, lowest, z], ..pose };
-                let score = place.score(&pose);
-                inside.push(Scored { score, stroke: stroke.clone(), pose, dive, stirring: STIRRING });
-                let score = place.score_of(&pose, strays);
-                if score > 0.0 {
-                    clearing.push(Scored { score, stroke: stroke.clone(), pose, dive, stirring: CLEARING });
-                }
-            }
-            touching.push(Scored { score: place.score(&pose), stroke, pose, dive: 0.0, stirring: 0.0 });
-        }
-        for pose in place.candidates_outside(turned.pose_above(place.rest).rotation) {
-            let stroke = Stroke { x: pose.position[0], z: pose.position[2], gap: pose.gap, ..turned.clone() };
-            let score = place.pushing_score(&pose, place.active);
-            outside.push(Scored { score, stroke, pose, dive: 0.0, stirring: 0.0 });
-        }
+    let mut all = Kinds::default();
+    let by_yaw: Vec<Kinds> = (0..YAWS).into_par_iter().map(|k| Kinds::at_yaw(place, strays, k)).collect();
+    for Kinds { touching, inside, clearing, outside } in by_yaw {
+        all.touching.extend(touching);
+        all.inside.extend(inside);
+        all.clearing.extend(clearing);
+        all.outside.extend(outside);
     }
     // Scores of the kinds do not compare: inside, the tool is near to far more dough.
-    let mut chosen = apart(place.tool, inside, count / 3);
-    chosen.extend(apart(place.tool, clearing, count / 5));
-    chosen.extend(apart(place.tool, outside, count / 3));
+    let mut chosen = apart(place.tool, all.inside, count / 3);
+    chosen.extend(apart(place.tool, all.clearing, count / 5));
+    chosen.extend(apart(place.tool, all.outside, count / 3));
     let rest = count - chosen.len();
-    chosen.extend(apart(place.tool, touching, rest));
+    chosen.extend(apart(place.tool, all.touching, rest));
     let lean = |pose: &ToolPose| lean(place, substeps, motion, pose);
     let seed = |s: Scored| Seed { lean: lean(&s.pose), stroke: s.stroke, dive: s.dive, stirring: s.stirring };
     chosen.into_iter().map(seed).collect()
@@ -92,6 +77,59 @@ struct Scored {
     pose: ToolPose,
     dive: f64,
     stirring: f64,
+}
+
+/// The places that a tool may push from: where it touches the dough, as low in it as it can go, there for the sake of the
+/// strays alone, and on the dough or beside it for a gripper.
+#[derive(Default)]
+struct Kinds {
+    touching: Vec<Scored>,
+    inside: Vec<Scored>,
+    clearing: Vec<Scored>,
+    outside: Vec<Scored>,
+}
+
+impl Kinds {
+    /// The places of a tool that is turned by `k` of [`YAWS`] parts of a circle.
+    fn at_yaw(place: &Placement<'_>, strays: &[usize], k: usize) -> Self {
+        let mut kinds = Self::default();
+        let lowest = place.tool.lower_bound[1];
+        let yaw = TAU * k as f64 / YAWS as f64;
+        let turned = Stroke { x: 0.0, z: 0.0, yaw, gap: 0.0, steps: 0, knots: Vec::new(), stir: 0.0 };
+        let begun_at = |pose: &ToolPose| Stroke {
+            x: pose.position[0],
+            z: pose.position[2],
+            gap: pose.gap,
+            ..turned.clone()
+        };
+        let rotation = turned.pose_above(place.rest).rotation;
+        for pose in place.candidates(rotation) {
+            let stroke = begun_at(&pose);
+            let dive = pose.position[1] - lowest;
+            if dive > 0.0 {
+                let [x, _, z] = pose.position;
+                let pose = ToolPose { position: [x, lowest, z], ..pose };
+                let score = place.score(&pose);
+                kinds.inside.push(Scored { score, stroke: stroke.clone(), pose, dive, stirring: STIRRING });
+                let score = place.score_of(&pose, strays);
+                if score > 0.0 {
+                    kinds.clearing.push(Scored {
+                        score,
+                        stroke: stroke.clone(),
+                        pose,
+                        dive,
+                        stirring: CLEARING,
+                    });
+                }
+            }
+            kinds.touching.push(Scored { score: place.score(&pose), stroke, pose, dive: 0.0, stirring: 0.0 });
+        }
+        for pose in place.candidates_outside(rotation) {
+            let score = place.pushing_score(&pose, place.active);
+            kinds.outside.push(Scored { score, stroke: begun_at(&pose), pose, dive: 0.0, stirring: 0.0 });
+        }
+        kinds
+    }
 }
 
 /// The best `count` that differ from one another.
