@@ -1,4 +1,4 @@
-//! The progress line of `donut plan` on standard error, and what `-v` says beside it.
+//! The progress line of `donut plan` on standard error, what `-v` says beside it, and bars that count.
 //!
 //! Run events come in, a bar with stage, step, EMD, resets and time left goes out; nothing where standard error is
 //! not a terminal or with `-q`. Imports task's events.
@@ -51,6 +51,18 @@ impl RunShare {
     }
 }
 
+/// Where bars are drawn.
+fn target() -> ProgressDrawTarget {
+    if is_quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(4) }
+}
+
+/// A bar that counts `things`; it begins to show once it knows how many there are.
+pub fn counting(things: &'static str) -> ProgressBar {
+    let style = ProgressStyle::with_template("{prefix} {pos}/{len} {bar:24} {eta} left")
+        .expect("the template is a constant");
+    ProgressBar::with_draw_target(None, target()).with_style(style).with_prefix(things)
+}
+
 /// Draws a run's progress.
 pub struct ProgressLine {
     bar: ProgressBar,
@@ -63,9 +75,7 @@ pub struct ProgressLine {
 impl ProgressLine {
     /// A line for stages of at most `max_steps` control steps.
     pub fn new(max_steps: usize) -> Self {
-        let target =
-            if is_quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(4) };
-        let bar = ProgressBar::with_draw_target(Some(TICKS as u64), target);
+        let bar = ProgressBar::with_draw_target(Some(TICKS as u64), target());
         let style = ProgressStyle::with_template("{prefix} {bar:24} {msg}, {eta} left")
             .expect("the template is a constant");
         bar.set_style(style);

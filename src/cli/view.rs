@@ -9,6 +9,7 @@ use anyhow::ensure;
 use clap::{ArgGroup, Args};
 use tracing::debug;
 
+use crate::cli::progress::counting;
 use crate::store::record::RunRecord;
 use crate::store::{atomic, run_dir};
 use crate::view::film::{self, Film};
@@ -76,7 +77,13 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<ExitCode> {
     if let Some(path) = &args.gif {
         let film = args.film(&record);
         debug!("a picture of every {} control steps with a tool", film.every);
-        atomic::write(path, &film::gif(&record, &film))?;
+        let bar = counting("picture");
+        let bytes = film::gif(&record, &film, |drawn, count| {
+            bar.set_length(count as u64);
+            bar.set_position(drawn as u64);
+        });
+        bar.finish_and_clear();
+        atomic::write(path, &bytes)?;
     }
     if let Some(path) = &args.ply {
         let every = args.every.map_or(1, |every| every as usize);

@@ -67,16 +67,19 @@ pub fn every_for(run: &RunRecord, most: usize) -> usize {
     (least..).find(|&every| frames(run, every).len() <= most.max(2)).unwrap_or(least)
 }
 
-/// The film of a run as the bytes of a GIF file.
+/// The film of a run as the bytes of a GIF file. `on_picture` hears how many of its pictures are drawn, and of how many.
 ///
 /// # Panics
 /// If the run has no frame, or the film no pixel.
-pub fn gif(run: &RunRecord, film: &Film) -> Vec<u8> {
+pub fn gif(run: &RunRecord, film: &Film, mut on_picture: impl FnMut(usize, usize)) -> Vec<u8> {
     let (width, height) = (usize::from(film.width), usize::from(film.height));
     let spacing = scene::of_dough(run, 0).expect("a run has a first frame").spacing;
-    let pictures: Vec<Picture> = frames(run, film.every)
-        .into_iter()
-        .map(|frame| {
+    let frames = frames(run, film.every);
+    let pictures: Vec<Picture> = frames
+        .iter()
+        .enumerate()
+        .map(|(drawn, &frame)| {
+            on_picture(drawn, frames.len());
             // One spacing for all: an estimate for each frame would make the surface tremble.
             let scene = scene::of_frame(run, frame).expect("the frame is one of the run's");
             let mut picture = render(&RenderScene { spacing, ..scene }, width, height);
