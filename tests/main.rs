@@ -1,6 +1,7 @@
 //! All integration tests in one program: each program of its own would link the whole library again, and compile its
 //! simulators. `cargo test --release --test all plan_command` runs those of one file.
 
+mod answer_rewritings;
 mod answer_variants;
 mod answers;
 mod bench_command;
