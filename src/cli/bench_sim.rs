@@ -152,11 +152,12 @@ pub fn time_batch(
         let mut seconds = f64::INFINITY;
         for _ in 0..=runs {
             let begin = Instant::now();
-            let outcomes = batch.run(&poses, |sim, &pose| {
+            let press_once = |sim: &mut Simulator<f32>, &pose: &ToolPose| {
                 sim.set_memory_limit(limit);
                 sim.rollout(&press.start, &[pose], &press.actions)?;
                 if gradient { sim.rollout_adj(&press.seeds).map(drop) } else { Ok(()) }
-            });
+            };
+            let outcomes = batch.run(&poses, |_| 0, press_once);
             outcomes.into_iter().collect::<Result<(), SimError>>()?;
             seconds = seconds.min(begin.elapsed().as_secs_f64());
         }

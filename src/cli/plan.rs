@@ -119,7 +119,7 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
         seed: args.seed,
         command: args.command_line(),
     };
-    let record = record(&inputs, &run);
+    let record = pool.install(|| record(&inputs, &run));
     write_and_commit(dir, &record, &report::html(&record))?;
     debug!("wrote {}", out.display());
     let summary = &record.summary;

@@ -2,12 +2,14 @@
 //!
 //! A [`TaskRun`] and what it was made from come in, a [`RunRecord`] goes out. Imports task and store.
 
+use rayon::prelude::*;
+
 use crate::emd::exact::assign_within;
 use crate::llm::repair::Conversation;
 use crate::llm::stage::Stage;
 use crate::math::cloud::Point;
 use crate::store::record::{PlanFile, RunRecord, Segment, StagePlan, StageSummary, Summary};
-use crate::store::trajectory::{Frame, Reachable, Step, Trajectory};
+use crate::store::trajectory::{Reachable, Step, Trajectory};
 use crate::task::run::{Planning, StageRun, TaskRun};
 use crate::task::{Scene, Subgoal};
 
@@ -34,9 +36,10 @@ pub fn record(inputs: &RunInputs<'_>, run: &TaskRun) -> RunRecord {
     let mut trajectory = Trajectory::new(run.initial.clone(), run.goal.clone(), Vec::new());
     trajectory.piece.clone_from(&run.piece);
     let mut stages = Vec::new();
+    let mut aims = Vec::new();
     for (index, stage) in run.stages.iter().enumerate() {
         trajectory.subgoals.push(stage.subgoal.target.clone());
-        let segments = push_segments(&mut trajectory, index, stage);
+        let segments = push_segments(&mut trajectory, index, stage, &mut aims);
         push_free(&mut trajectory, index, &stage.settling, stage.emd_final);
         stages.push(StagePlan {
             title: stage.title.clone(),
@@ -45,6 +48,8 @@ pub fn record(inputs: &RunInputs<'_>, run: &TaskRun) -> RunRecord {
             segments,
         });
     }
+    let reachable = |aim: &Aim<'_>| aim.reachable(&trajectory);
+    trajectory.reachable = aims.par_iter().map(reachable).collect();
     let scene = inputs.scene;
     let version = env!("CARGO_PKG_VERSION").to_owned();
     RunRecord {
@@ -73,8 +78,13 @@ fn code_of(stages: &[Stage], index: usize) -> String {
     stages.iter().filter(|s| s.tool.is_some()).nth(index).map_or_else(String::new, |s| s.code.clone())
 }
 
-/// Adds the executed steps of a stage.
-fn push_segments(trajectory: &mut Trajectory, index: usize, stage: &StageRun) -> Vec<Segment> {
+/// Adds the executed steps of a stage, and to `aims` what each of its segments went for.
+fn push_segments<'a>(
+    trajectory: &mut Trajectory,
+    index: usize,
+    stage: &'a StageRun,
+    aims: &mut Vec<Aim<'a>>,
+) -> Vec<Segment> {
     let mut segments = Vec::new();
     for s in &stage.trace.segments {
         segments.push(Segment {
@@ -90,8 +100,11 @@ fn push_segments(trajectory: &mut Trajectory, index: usize, stage: &StageRun) ->
         if !s.accepted {
             continue;
         }
-        let cloud = aim(stage, &s.reachable, trajectory.positions.last().expect("a run has a first frame"));
-        trajectory.reachable.push(Reachable { frame: trajectory.positions.len() - 1, cloud });
+        aims.push(Aim {
+            frame: trajectory.positions.len() - 1,
+            subgoal: &stage.subgoal,
+            cloud: &s.reachable,
+        });
         let last = s.horizon.frames.len() - 1;
         for (k, frame) in s.horizon.frames.iter().enumerate() {
             trajectory.push(Step {
@@ -108,20 +121,34 @@ fn push_segments(trajectory: &mut Trajectory, index: usize, stage: &StageRun) ->
     segments
 }
 
-/// Where every particle should go from `now`: to the next reachable cloud, or, where the method has none, to its match
-/// in the stage's subgoal.
-fn aim(stage: &StageRun, reachable: &[Point], now: &[[f32; 3]]) -> Frame {
-    let single = |p: &Point| p.map(|v| v as f32);
-    if reachable.len() == now.len() {
-        return reachable.iter().map(single).collect();
+/// What a segment went for.
+struct Aim<'a> {
+    /// The frame at which it begins.
+    frame: usize,
+    subgoal: &'a Subgoal,
+    /// The next reachable cloud; empty where the method has none.
+    cloud: &'a [Point],
+}
+
+impl Aim<'_> {
+    /// Where every particle should go: to the next reachable cloud, or else to its match in the stage's subgoal.
+    fn reachable(&self, trajectory: &Trajectory) -> Reachable {
+        let single = |p: &Point| p.map(|v| v as f32);
+        let now = &trajectory.positions[self.frame];
+        let cloud = if self.cloud.len() == now.len() {
+            self.cloud.iter().map(single).collect()
+        } else {
+            let Subgoal { active, target, .. } = self.subgoal;
+            let from: Vec<Point> = active.iter().map(|&i| now[i].map(f64::from)).collect();
+            let mut cloud = now.clone();
+            for (&i, &match_of) in active.iter().zip(&assign_within(&from, target, MATCHING_SLACK).target_of)
+            {
+                cloud[i] = single(&target[match_of]);
+            }
+            cloud
+        };
+        Reachable { frame: self.frame, cloud }
     }
-    let Subgoal { active, target, .. } = &stage.subgoal;
-    let from: Vec<Point> = active.iter().map(|&i| now[i].map(f64::from)).collect();
-    let mut cloud = now.to_vec();
-    for (&i, &match_of) in active.iter().zip(&assign_within(&from, target, MATCHING_SLACK).target_of) {
-        cloud[i] = single(&target[match_of]);
-    }
-    cloud
 }
 
 /// Adds free steps, after which the EMD is `emd`.

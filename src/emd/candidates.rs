@@ -64,23 +64,13 @@ impl<T: Real> List<T> {
         for k in 0..LENGTH {
             values[k] += prices.get(self.slot[k] as usize);
         }
-        // By halves, which suits vectors: the least of each half's least, and the least of what is left.
-        let (mut best, mut second) = (values, [T::INFINITY; LENGTH]);
-        let mut width = LENGTH / 2;
-        while width > 0 {
-            for k in 0..width {
-                let (a, b) = (best[k], best[k + width]);
-                best[k] = a.least(b);
-                second[k] = second[k].least(second[k + width]).least(a.most(b));
-            }
-            width /= 2;
-        }
+        let (best, second) = two_least(values);
         let mut first = [0; LENGTH];
         for k in 0..LENGTH {
-            first[k] = if values[k] == best[0] { k as u32 } else { u32::MAX };
+            first[k] = if values[k] == best { k as u32 } else { u32::MAX };
         }
         let first = first.into_iter().fold(u32::MAX, u32::min);
-        TwoBest { best: best[0], second: second[0], slot: self.slot[first as usize] as usize }
+        TwoBest { best, second, slot: self.slot[first as usize] as usize }
     }
 
     /// The slots of the list with cost plus price.
@@ -179,14 +169,9 @@ impl<T: Real> Visitor<T> for Search<T> {
     fn visit(&mut self, block: usize, values: &[T; BLOCK]) -> T {
         if any_below(values, self.limit) {
             if any_below(values, self.second) {
-                for &value in values {
-                    if value < self.best {
-                        self.second = self.best;
-                        self.best = value;
-                    } else if value < self.second {
-                        self.second = value;
-                    }
-                }
+                let (best, second) = two_least(*values);
+                self.second = self.second.least(second).least(self.best.most(best));
+                self.best = self.best.least(best);
                 self.limit = self.limit.least(self.second + self.margin);
             }
             if self.count + BLOCK > CAPACITY {
@@ -199,6 +184,23 @@ impl<T: Real> Visitor<T> for Search<T> {
         }
         self.limit
     }
+}
+
+/// The least of some values and the next, by halves, which suits vectors: the least of each half's least, and the least
+/// of what is left.
+#[inline(always)]
+fn two_least<T: Real, const N: usize>(values: [T; N]) -> (T, T) {
+    let (mut best, mut second) = (values, [T::INFINITY; N]);
+    let mut width = N / 2;
+    while width > 0 {
+        for k in 0..width {
+            let (a, b) = (best[k], best[k + width]);
+            best[k] = a.least(b);
+            second[k] = second[k].least(second[k + width]).least(a.most(b));
+        }
+        width /= 2;
+    }
+    (best[0], second[0])
 }
 
 /// Renews all lists, on all threads.

@@ -3,6 +3,8 @@
 //! Two clouds come in; who goes where, and the mean distance, go out. The exact one is an auction to
 //! a fine tolerance in `f32`, then shortest augmenting paths in `f64`. Imports [`crate::math`].
 
+use std::borrow::Cow;
+
 use super::auction::{Auction, Auctioned};
 use super::augment::Finish;
 use super::candidates::List;
@@ -27,36 +29,66 @@ pub struct Assignment {
     pub mean_distance: f64,
 }
 
-/// The assignment of least total Euclidean distance. `source` and `target` have shape (n, 3) and any
-/// one unit; of several optimal assignments the choice is fixed by the order of the points.
-///
-/// # Panics
-/// If the clouds differ in length or hold a coordinate that is not finite.
-pub fn assign(source: &[Point], target: &[Point]) -> Assignment {
-    let problem = Problem::new(source, target);
-    if problem.diagonal == 0.0 {
-        return Assignment::of(source, target, (0..source.len()).collect());
-    }
-    let slots = problem.finish(problem.auction(HANDOVER));
-    problem.assignment(source, target, &slots)
+/// A cloud that others are matched with.
+#[derive(Clone, Debug)]
+pub struct Target {
+    points: Vec<Point>,
+    /// [`compact_order`] of the points.
+    order: Vec<u32>,
 }
 
-/// An assignment whose mean distance exceeds the least possible by at most `tolerance`, in the unit
-/// of the coordinates. Several times faster than [`assign`] for large clouds; a tolerance below
-/// 1e-5 of the joint box's diagonal gets the exact one.
-///
-/// # Panics
-/// As [`assign`].
-pub fn assign_within(source: &[Point], target: &[Point], tolerance: f64) -> Assignment {
-    let problem = Problem::new(source, target);
-    // A tenth is kept back for what single precision rounds away.
-    let eps = 0.9 * tolerance / problem.diagonal;
-    if problem.diagonal == 0.0 || eps.is_nan() || eps < SINGLE_PRECISION {
-        return assign(source, target);
+impl Target {
+    /// Points of shape (n, 3), in any unit.
+    pub fn new(points: Vec<Point>) -> Self {
+        Self { order: compact_order(&points), points }
     }
-    let auctioned = problem.auction(eps);
-    let slots = if auctioned.complete { auctioned.matching.slot_of } else { problem.finish(auctioned) };
-    problem.assignment(source, target, &slots)
+
+    /// The points, in their order.
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// The assignment of least total Euclidean distance. `source` has as many points as the target, in its unit; of
+    /// several optimal assignments the choice is fixed by the order of the points.
+    ///
+    /// # Panics
+    /// If the clouds differ in length or hold a coordinate that is not finite.
+    pub fn assign(&self, source: &[Point]) -> Assignment {
+        let problem = Problem::new(source, self);
+        if problem.diagonal == 0.0 {
+            return Assignment::of(source, &self.points, (0..source.len()).collect());
+        }
+        let slots = problem.finish(problem.auction(HANDOVER));
+        problem.assignment(source, &self.points, &slots)
+    }
+
+    /// An assignment whose mean distance exceeds the least possible by at most `tolerance`, in the unit
+    /// of the coordinates. Several times faster than [`Target::assign`] for large clouds; a tolerance below
+    /// 1e-5 of the joint box's diagonal gets the exact one.
+    ///
+    /// # Panics
+    /// As [`Target::assign`].
+    pub fn assign_within(&self, source: &[Point], tolerance: f64) -> Assignment {
+        let problem = Problem::new(source, self);
+        // A tenth is kept back for what single precision rounds away.
+        let eps = 0.9 * tolerance / problem.diagonal;
+        if problem.diagonal == 0.0 || eps.is_nan() || eps < SINGLE_PRECISION {
+            return self.assign(source);
+        }
+        let auctioned = problem.auction(eps);
+        let slots = if auctioned.complete { auctioned.matching.slot_of } else { problem.finish(auctioned) };
+        problem.assignment(source, &self.points, &slots)
+    }
+}
+
+/// [`Target::assign`] for a target that is met once.
+pub fn assign(source: &[Point], target: &[Point]) -> Assignment {
+    Target::new(target.to_vec()).assign(source)
+}
+
+/// [`Target::assign_within`] for a target that is met once.
+pub fn assign_within(source: &[Point], target: &[Point], tolerance: f64) -> Assignment {
+    Target::new(target.to_vec()).assign_within(source, tolerance)
 }
 
 impl Assignment {
@@ -67,30 +99,32 @@ impl Assignment {
 }
 
 /// Two clouds, normalised and packed.
-struct Problem {
+struct Problem<'a> {
     /// Normalised source and target.
     clouds: [Vec<Point>; 2],
-    orders: [Vec<u32>; 2],
+    orders: [Cow<'a, [u32]>; 2],
     /// Length of the joint bounding box's diagonal, in the user's unit.
     diagonal: f64,
 }
 
-impl Problem {
-    fn new(source: &[Point], target: &[Point]) -> Self {
-        assert_eq!(source.len(), target.len(), "an assignment needs clouds of equal length");
-        let finite = source.iter().chain(target).flatten().all(|v| v.is_finite());
+impl<'a> Problem<'a> {
+    fn new(source: &[Point], target: &'a Target) -> Self {
+        let points = &target.points;
+        assert_eq!(source.len(), points.len(), "an assignment needs clouds of equal length");
+        let finite = source.iter().chain(points).flatten().all(|v| v.is_finite());
         assert!(finite, "an assignment needs finite coordinates");
-        let (source, target, diagonal) = normalised(source, target);
-        Self { orders: [compact_order(&source), compact_order(&target)], clouds: [source, target], diagonal }
+        let orders = [Cow::Owned(compact_order(source)), Cow::Borrowed(&target.order[..])];
+        let (source, target, diagonal) = normalised(source, points);
+        Self { orders, clouds: [source, target], diagonal }
     }
 
     fn auction(&self, eps: f64) -> Auctioned {
-        let [rows, targets] = [0, 1].map(|k| Packed::new(&self.clouds[k], self.orders[k].clone()));
+        let [rows, targets] = [0, 1].map(|k| Packed::new(&self.clouds[k], self.orders[k].to_vec()));
         widest(Auction { rows: &rows, targets: &targets, eps: eps as f32 })
     }
 
     fn finish(&self, auctioned: Auctioned) -> Vec<u32> {
-        let [rows, targets] = [0, 1].map(|k| Packed::new(&self.clouds[k], self.orders[k].clone()));
+        let [rows, targets] = [0, 1].map(|k| Packed::new(&self.clouds[k], self.orders[k].to_vec()));
         let matching = &auctioned.matching;
         let prices = Prices::new(&targets, |slot| f64::from(matching.prices.get(slot)));
         let widened = |(row, list): (usize, &List<f32>)| list.widened(&targets, rows.point(row));

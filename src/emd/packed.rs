@@ -14,7 +14,7 @@ pub const BLOCK: usize = 16;
 /// Neighbours that a coarser cloud has one point for; divides [`BLOCK`].
 pub const CLUSTER: usize = 4;
 /// Blocks whose bounds are tested together.
-pub const GROUP: usize = 8;
+pub const GROUP: usize = 16;
 /// Part of the trace that is added to a block's moments before they are inverted.
 const RIDGE: f64 = 1e-3;
 /// Greatest slope of a plane below prices. Dual prices of transport in a box of diagonal 1 stay below 1.

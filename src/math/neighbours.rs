@@ -1,9 +1,9 @@
-//! Which points of a cloud are near a place: a hash grid over the cloud.
+//! Which points of a cloud are near a place: a grid over the cloud.
 //!
 //! A cloud and a cell size come in; neighbours with their distances go out, in a fixed order. Imports
 //! point clouds.
 
-use std::collections::HashMap;
+use std::ops::Range;
 
 use crate::math::cloud::{Point, distance};
 
@@ -20,7 +20,17 @@ pub struct Neighbour {
 pub struct Neighbours<'a> {
     cloud: &'a [Point],
     cell: f64,
-    cells: HashMap<[i64; 3], Vec<usize>>,
+    /// The points by their cells, those of a cell in the order of the cloud.
+    sorted: Vec<Entry>,
+    /// Every x and y of a cell that holds a point, in order, with the points above it.
+    columns: Vec<([i64; 2], Range<usize>)>,
+}
+
+/// A point in its cell.
+struct Entry {
+    cell: [i64; 3],
+    index: usize,
+    at: Point,
 }
 
 /// Edge of the cube that each of `n` points has to itself in a volume.
@@ -32,11 +42,17 @@ impl<'a> Neighbours<'a> {
     /// Sorts a cloud of finite points into cells of edge `cell` (made positive if it is not).
     pub fn new(cloud: &'a [Point], cell: f64) -> Self {
         let cell = if cell > 0.0 && cell.is_finite() { cell } else { 1.0 };
-        let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
-        for (i, p) in cloud.iter().enumerate() {
-            cells.entry(cell_of(*p, cell)).or_default().push(i);
+        let entry = |(index, &at): (usize, &Point)| Entry { cell: cell_of(at, cell), index, at };
+        let mut sorted: Vec<Entry> = cloud.iter().enumerate().map(entry).collect();
+        sorted.sort_by_key(|e| e.cell);
+        let mut columns: Vec<([i64; 2], Range<usize>)> = Vec::new();
+        for (k, Entry { cell: [x, y, _], .. }) in sorted.iter().enumerate() {
+            match columns.last_mut() {
+                Some((column, range)) if *column == [*x, *y] => range.end = k + 1,
+                _ => columns.push(([*x, *y], k..k + 1)),
+            }
         }
-        Self { cloud, cell, cells }
+        Self { cloud, cell, sorted, columns }
     }
 
     /// All points within `radius` of `place` (the place itself too, if it is in the cloud), in the order
@@ -45,15 +61,17 @@ impl<'a> Neighbours<'a> {
         let low = cell_of(place.map(|x| x - radius), self.cell);
         let high = cell_of(place.map(|x| x + radius), self.cell);
         let mut found = Vec::new();
+        let mut columns = &self.columns[..];
         for x in low[0]..=high[0] {
-            for y in low[1]..=high[1] {
-                for z in low[2]..=high[2] {
-                    let Some(members) = self.cells.get(&[x, y, z]) else { continue };
-                    for &index in members {
-                        let d = distance(place, self.cloud[index]);
-                        if d <= radius {
-                            found.push(Neighbour { index, distance: d });
-                        }
+            let first = columns.partition_point(|(column, _)| *column < [x, low[1]]);
+            columns = &columns[first..];
+            for (_, range) in columns.iter().take_while(|(column, _)| *column <= [x, high[1]]) {
+                let column = &self.sorted[range.clone()];
+                let first = column.partition_point(|e| e.cell[2] < low[2]);
+                for e in column[first..].iter().take_while(|e| e.cell[2] <= high[2]) {
+                    let d = distance(place, e.at);
+                    if d <= radius {
+                        found.push(Neighbour { index: e.index, distance: d });
                     }
                 }
             }

@@ -17,6 +17,8 @@
 //!
 //! Only velocities change. A particle that has come to be inside a tool is not pushed out.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
 use super::params::{CONTACT_THRESHOLD, Params};
@@ -41,9 +43,8 @@ pub struct Contact<'a> {
     tangent_eps: f64,
     /// No node farther than this from the surface is affected, m.
     reach: f64,
-    /// The box outside which no node is affected.
-    min: Vector3<f64>,
-    max: Vector3<f64>,
+    /// The box outside which no node is affected: the first and the last node on each axis.
+    nodes: [[i64; 2]; 3],
 }
 
 /// Adjoint of a part's two frames.
@@ -103,7 +104,7 @@ pub fn contacts<'a>(
     start: &[ToolPose],
     end: &[ToolPose],
 ) -> Vec<Contact<'a>> {
-    let reach = params.contact_reach() + 1e-9;
+    let (dx, reach) = (params.dx(), params.contact_reach() + 1e-9);
     let mut all = Vec::new();
     for (tool_index, tool) in tools.iter().enumerate() {
         let plates = matches!(tool.motion, Motion::Gripper { .. });
@@ -123,8 +124,11 @@ pub fn contacts<'a>(
                 dt: params.dt,
                 tangent_eps: if plates { TANGENT_EPS.1 } else { TANGENT_EPS.0 },
                 reach,
-                min: frame.origin - extent,
-                max: frame.origin + extent,
+                nodes: std::array::from_fn(|a| {
+                    let [lo, hi] = [frame.origin[a] - extent[a], frame.origin[a] + extent[a]];
+                    // A node more on each side where rounding might lose one.
+                    [(lo / dx - 1e-6).ceil() as i64, (hi / dx + 1e-6).floor() as i64]
+                }),
             });
         }
     }
@@ -132,9 +136,15 @@ pub fn contacts<'a>(
 }
 
 impl Contact<'_> {
-    /// Whether the axis-parallel segment between two nodes meets the box outside which no node is affected.
-    pub fn meets(&self, first: [f64; 3], last: [f64; 3]) -> bool {
-        (0..3).all(|a| last[a] >= self.min[a] && first[a] <= self.max[a])
+    /// Which of the nodes (i, j, k), for k of `pencil`, may be touched; an empty range if none.
+    pub fn reachable(&self, i: usize, j: usize, pencil: &Range<usize>) -> Range<usize> {
+        let [x, y, z] = self.nodes;
+        let is_within = |k: usize, [lo, hi]: [i64; 2]| (lo..=hi).contains(&(k as i64));
+        if !is_within(i, x) || !is_within(j, y) {
+            return 0..0;
+        }
+        let clamped = |k: i64| k.clamp(pencil.start as i64, pencil.end as i64) as usize;
+        clamped(z[0])..clamped(z[1].saturating_add(1))
     }
 
     /// Where a node at `p` is.
@@ -388,7 +398,10 @@ mod tests {
                 let rotation = [1.0, 0.1, -0.2, 0.05].map(|q| q + 0.5 * normal(&mut rng));
                 let pose = ToolPose { position: [0.5; 3], rotation, gap: 0.1 };
                 let mut random = |scale: f64| Vector3::from_fn(|_, _| scale * (uniform(&mut rng) - 0.5));
-                let (p, v, way) = (Vector3::repeat(0.5) + random(0.5), random(2.0), random(1.0));
+                let (v, way) = (random(2.0), random(1.0));
+                let node = (Vector3::repeat(0.5) + random(0.5)).map(|x| (x / params.dx()).round());
+                let p = node * params.dx();
+                let [i, j, k] = [node.x, node.y, node.z].map(|k| k as usize);
                 for part in contacts(&params, std::slice::from_ref(tool), &[pose], &[pose]) {
                     let beyond = part.beyond_reach(&part.place(p));
                     let there = p + way.normalize() * beyond.max(0.0);
@@ -398,11 +411,10 @@ mod tests {
                         assert!(touch(p).is_none() && touch(there).is_none(), "{:?} at {p:?}", tool.shape);
                     }
                     // What is touched is in the box that pencils are tested against.
-                    assert!(
-                        touch(p).is_none() || part.meets(p.into(), p.into()),
-                        "{:?} at {p:?}",
-                        tool.shape
-                    );
+                    let is_reachable = part.reachable(i, j, &(0..params.nodes)).contains(&k);
+                    assert!(touch(p).is_none() || is_reachable, "{:?} at {p:?}", tool.shape);
+                    let alone = part.reachable(i, j, &(k..k + 1));
+                    assert_eq!(!alone.is_empty(), is_reachable);
                 }
             }
             assert!(beyond_reach > 500, "{:?}: {beyond_reach}", tool.shape);

@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 use super::boundary;
 use super::contact::{Contact, ContactAdj, Touch};
 use super::lanes::{Kernel, LANES, Lanes, Real, SimdLevel};
-use super::layout::{Layout, Pencil};
+use super::layout::Layout;
 use super::params::Params;
 use super::transfer::NODE;
 
@@ -38,19 +38,17 @@ pub struct GridUpdate<'a, T> {
     pub pencils: Range<usize>,
 }
 
-/// A contact whose box a pencil meets.
+/// A contact that may touch nodes of a pencil.
 struct Near {
     /// Index of the contact.
     contact: usize,
-    /// The first of the pencil's nodes that it may touch, as far as that is known.
-    from: usize,
+    /// k of the nodes that it may touch, as far as that is known.
+    nodes: Range<usize>,
 }
 
 /// A node that a tool or a wall may touch.
 struct Site {
     node: [usize; 3],
-    /// Its number in its pencil.
-    k: usize,
     /// Where its components stand.
     at: usize,
     at_wall: bool,
@@ -94,6 +92,11 @@ impl<T: Real> Kernel<T> for FreeMotion<'_, T> {
         for (q, out) in rows.iter().chain([&last]).zip(out.iter_mut().chain([&mut out_last])) {
             let q = L::load(q);
             let (mass, enough) = mass(q);
+            // Much of the grid is margin around the dough.
+            if L::bits(enough) == 0 {
+                zero.store(out);
+                continue;
+            }
             let v = q.mul_add(L::constant(1.0).div(mass), kick);
             L::select(L::and(enough, moves), v, zero).store(out);
         }
@@ -123,6 +126,10 @@ impl<T: Real> Kernel<T> for FreeMotionAdj<'_, T> {
         for (q, adj) in rows.iter().chain([&last]).zip(adj.iter_mut().chain([&mut adj_last])) {
             let q = L::load(q);
             let (mass, enough) = mass(q);
+            if L::bits(enough) == 0 {
+                zero.store(adj);
+                continue;
+            }
             let inverse = L::constant(1.0).div(mass);
             let q_adj = L::select(moves, L::load(adj) * inverse, zero);
             let mass_adj = -(q_adj * q * inverse).sum_components();
@@ -182,21 +189,21 @@ impl<T: Real> GridUpdate<'_, T> {
     fn at_obstacles(&self, origin: usize, momentum: &[T], mut work: impl FnMut(&Site, &mut [Near])) {
         let mut near = Vec::new();
         for pencil in &self.layout.pencils[self.pencils.clone()] {
-            self.contacts_near(pencil, &mut near);
-            let node = |k: usize| [pencil.i as usize, pencil.j as usize, pencil.k as usize + k];
-            let at_wall = |k: usize| boundary::is_near_wall(self.params.nodes, node(k));
-            let last = pencil.len as usize - 1;
-            if near.is_empty() && !at_wall(0) && !at_wall(last) {
+            let (i, j, first) = (pencil.i as usize, pencil.j as usize, pencil.k as usize);
+            let nodes = first..first + pencil.len as usize;
+            self.contacts_near(i, j, &nodes, &mut near);
+            let at_wall = |k: usize| boundary::is_near_wall(self.params.nodes, [i, j, k]);
+            if near.is_empty() && !at_wall(nodes.start) && !at_wall(nodes.end - 1) {
                 continue;
             }
-            for k in 0..=last {
+            for k in nodes {
                 let at_wall = at_wall(k);
-                if !at_wall && near.iter().all(|near| k < near.from) {
+                if !at_wall && !near.iter().any(|near| near.nodes.contains(&k)) {
                     continue;
                 }
-                let at = (pencil.start as usize - origin + k) * NODE;
+                let at = (pencil.start as usize - origin + k - first) * NODE;
                 if momentum[at + 3].to_f64() > MASS_MIN {
-                    work(&Site { node: node(k), k, at, at_wall }, &mut near);
+                    work(&Site { node: [i, j, k], at, at_wall }, &mut near);
                 }
             }
         }
@@ -240,14 +247,12 @@ impl<T: Real> GridUpdate<'_, T> {
         node.map(|k| k as f64 * self.params.dx())
     }
 
-    /// Lists the contacts whose box a pencil meets in `near`.
-    fn contacts_near(&self, pencil: &Pencil, near: &mut Vec<Near>) {
-        let last = pencil.k + pencil.len - 1;
-        let ends = [pencil.k, last].map(|k| self.position([pencil.i.into(), pencil.j.into(), k.into()]));
+    /// Lists the contacts that may touch the nodes (i, j, k), for k of a pencil, in `near`.
+    fn contacts_near(&self, i: usize, j: usize, pencil: &Range<usize>, near: &mut Vec<Near>) {
         let all = self.contacts.iter().enumerate();
-        let meet = all.filter(|(_, contact)| contact.meets(ends[0], ends[1]));
+        let each = all.map(|(contact, c)| Near { contact, nodes: c.reachable(i, j, pencil) });
         near.clear();
-        near.extend(meet.map(|(contact, _)| Near { contact, from: 0 }));
+        near.extend(each.filter(|near| !near.nodes.is_empty()));
     }
 
     /// The velocity of a node after the tools in turn; `each` is told every contact that touches it, and how.
@@ -260,15 +265,16 @@ impl<T: Real> GridUpdate<'_, T> {
         mut each: impl FnMut(usize, Touch),
     ) -> Vector3<f64> {
         let p = Vector3::from(self.position(site.node));
-        for Near { contact: i, from } in near {
-            if site.k < *from {
+        for Near { contact: i, nodes } in near {
+            let k = site.node[2];
+            if !nodes.contains(&k) {
                 continue;
             }
             let contact = &self.contacts[*i];
             let place = contact.place(p);
             let beyond = contact.beyond_reach(&place);
             if beyond > 0.0 {
-                *from = site.k + 1 + (beyond / self.params.dx()) as usize;
+                nodes.start = k + 1 + (beyond / self.params.dx()) as usize;
             } else if let Some(touch) = contact.touch(place, v) {
                 v = touch.velocity();
                 each(*i, touch);

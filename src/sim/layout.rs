@@ -62,6 +62,8 @@ pub struct Layout {
     pub particles: usize,
     /// Total number of stored nodes, padding included.
     pub len: usize,
+    /// i of all base cells that particles may have before the next build.
+    slabs: Range<usize>,
     /// For each (i, j): the number of its column of base cells, or [`NO_COLUMN`].
     column_at: Vec<u32>,
     /// All columns of base cells, i-major.
@@ -91,8 +93,7 @@ impl Layout {
         };
         let keys: Vec<u32> =
             (0..particles).map(|s| ((cell(s, 0) * nodes + cell(s, 1)) * nodes + cell(s, 2)) as u32).collect();
-        let mut order: Vec<u32> = (0..particles as u32).collect();
-        order.sort_by_key(|&s| keys[s as usize]);
+        let order = stable_order(&keys, nodes.pow(3));
         let sorted: Vec<[i32; 3]> = order
             .iter()
             .map(|&s| {
@@ -101,7 +102,7 @@ impl Layout {
             })
             .collect();
 
-        let mut layout = Self { nodes, particles, ..Self::default() };
+        let mut layout = Self { nodes, particles, slabs: slabs_of(&sorted, nodes), ..Self::default() };
         let base = layout.mark_bases(&sorted);
         let origin = layout.lay_pencils(&base);
         layout.list_columns(&base, &origin);
@@ -137,7 +138,7 @@ impl Layout {
     fn lay_pencils(&mut self, base: &[(i16, i16)]) -> Vec<i32> {
         let n = self.nodes;
         let mut range = vec![(i16::MAX, i16::MIN); n * n];
-        for i in 0..n - 2 {
+        for i in self.slabs.clone() {
             for j in 0..n - 2 {
                 let (lo, hi) = base[i * n + j];
                 if lo > hi {
@@ -155,6 +156,9 @@ impl Layout {
         let mut start = 0usize;
         for i in 0..n {
             self.slab.push(self.pencils.len() as u32);
+            if !(self.slabs.start..self.slabs.end + 2).contains(&i) {
+                continue;
+            }
             for j in 0..n {
                 let (lo, hi) = range[i * n + j];
                 if lo > hi {
@@ -176,7 +180,8 @@ impl Layout {
     /// Lists the columns of base cells with the pencils around them.
     fn list_columns(&mut self, base: &[(i16, i16)], origin: &[i32]) {
         self.column_at = vec![NO_COLUMN; base.len()];
-        for (at, &(lo, hi)) in base.iter().enumerate() {
+        for at in self.slabs.start * self.nodes..self.slabs.end * self.nodes {
+            let (lo, hi) = base[at];
             if lo <= hi {
                 self.column_at[at] = self.columns.len() as u32;
                 self.columns.push(Column {
@@ -239,6 +244,36 @@ impl Layout {
     }
 }
 
+/// i of the base cells that particles may have before the next build, where they have the cells `sorted` now.
+fn slabs_of(sorted: &[[i32; 3]], nodes: usize) -> Range<usize> {
+    let (Some(first), Some(last)) = (sorted.first(), sorted.last()) else { return 0..0 };
+    (first[0] as usize).saturating_sub(MARGIN)..(last[0] as usize + MARGIN).min(nodes - 3) + 1
+}
+
+/// The order in which keys below `bound` rise; equal ones stay in their order. Counts digits, the lower half first.
+fn stable_order(keys: &[u32], bound: usize) -> Vec<u32> {
+    let bits = bound.next_power_of_two().trailing_zeros().div_ceil(2);
+    let digit_mask = (1u32 << bits) - 1;
+    let mut order: Vec<u32> = (0..keys.len() as u32).collect();
+    let mut next = order.clone();
+    for shift in [0, bits] {
+        let digit = |s: u32| (keys[s as usize] >> shift & digit_mask) as usize;
+        let mut place = vec![0u32; 1 << bits];
+        order.iter().for_each(|&s| place[digit(s)] += 1);
+        let mut before = 0;
+        for count in &mut place {
+            before += std::mem::replace(count, before);
+        }
+        for &s in &order {
+            let place = &mut place[digit(s)];
+            next[*place as usize] = s;
+            *place += 1;
+        }
+        std::mem::swap(&mut order, &mut next);
+    }
+    order
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::particles::ParticleState;
@@ -273,6 +308,18 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn keys_are_sorted_and_equal_ones_stay_in_order() {
+        let mut rng = seeded(3, "keys");
+        for (count, bound) in [(0, 1), (5, 1), (1000, 7), (1000, 4096), (1000, 4097), (300, 256 * 256 * 256)]
+        {
+            let keys: Vec<u32> = (0..count).map(|_| (uniform(&mut rng) * f64::from(bound)) as u32).collect();
+            let mut expected: Vec<u32> = (0..count as u32).collect();
+            expected.sort_by_key(|&s| keys[s as usize]);
+            assert_eq!(stable_order(&keys, bound as usize), expected, "{count} below {bound}");
         }
     }
 

@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::math::cloud::{Bounds, Point};
+use crate::math::kd_tree::KdTree;
 use crate::math::neighbours::Neighbours;
 
 /// Particles nearer than this belong together, in spacings: in an even cloud the nearest are 1 apart, in a
@@ -118,7 +119,7 @@ fn wanted_holes(goal: &[Point], spacing: f64) -> Vec<Hole> {
 pub fn holes(cloud: &[Point], spacing: f64) -> Vec<Hole> {
     let flat: Vec<Point> = cloud.iter().map(|p| [p[0], 0.0, p[2]]).collect();
     let Some(bounds) = Bounds::of(&flat) else { return Vec::new() };
-    let grid = Neighbours::new(&flat, spacing);
+    let tree = KdTree::new(&flat);
     let edge = spacing / CELLS_PER_SPACING;
     // A free rim all around, so that the outside is one region.
     let rim = (2.0 * FREE * CELLS_PER_SPACING).ceil() as usize;
@@ -128,8 +129,7 @@ pub fn holes(cloud: &[Point], spacing: f64) -> Vec<Hole> {
     let free: Vec<f64> = (0..nx * nz)
         .map(|c| {
             let place = [at(c / nz, 0), 0.0, at(c % nz, 2)];
-            // Near dough one lookup is enough; in the open the distance matters.
-            let d = grid.nearest(place, 1)[0].distance;
+            let d = tree.nearest(place).expect("a cloud with bounds has points").distance;
             if d > FREE * spacing { d } else { 0.0 }
         })
         .collect();

@@ -10,7 +10,7 @@ use super::measures::{ShapeMeasures, pieces_with_holes};
 use super::pieces::{PieceId, Pieces};
 use super::scene::Scene;
 use super::subgoal::{StagePlan, Subgoal, low_quantile};
-use crate::emd::exact::assign;
+use crate::emd::exact::{Assignment, assign};
 use crate::llm::stage::Stage;
 use crate::math::cloud::Point;
 use crate::math::neighbours::spacing;
@@ -133,8 +133,8 @@ pub fn run_task(
     let (mut state, _) = settle::<f32>(&scene.params, options, &start, SETTLE_STEPS_FIRST)?;
     let floor_y = low_quantile(&state.x);
     let plan = StagePlan::new(stages, &scene.frame(), &scene.world(floor_y))?;
-    let goal = plan.goal_cloud(state.len(), seed);
-    let perfect = plan.goal_cloud(state.len(), seed.wrapping_add(1));
+    let goal_by = |seed: u64| plan.goal_cloud(state.len(), seed);
+    let (goal, perfect) = rayon::join(|| goal_by(seed), || goal_by(seed.wrapping_add(1)));
     let initial = state.x.clone();
     let emd_initial = assign(&initial, &goal).mean_distance;
 
@@ -149,17 +149,19 @@ pub fn run_task(
         } else {
             plan.last_goal(index, state.len(), seed)
         };
-        let run = run_stage(scene, subgoal, &mut state, planning, seed, options, |p| {
+        let (run, matched) = run_stage(scene, subgoal, &mut state, planning, seed, options, |p| {
             observe(RunEvent::Progress(p))
         });
-        run.subgoal.relabel(&mut pieces, &state.x, apart, |a, b| assign(a, b).target_of);
+        run.subgoal.relabel(&mut pieces, &state.x, apart, &matched);
         observe(RunEvent::StageDone { index, run: &run });
         runs.push(run);
     }
-    let emd_final = assign(&state.x, &goal).mean_distance;
+    let to_goal = |x: &[Point]| assign(x, &goal).mean_distance;
+    let (emd_final, (emd_of_perfect, shape)) =
+        rayon::join(|| to_goal(&state.x), || (to_goal(&perfect), ShapeMeasures::of(&state.x, &goal, apart)));
     Ok(TaskRun {
-        emd_of_perfect: assign(&perfect, &goal).mean_distance,
-        shape: ShapeMeasures::of(&state.x, &goal, apart),
+        emd_of_perfect,
+        shape,
         initial,
         goal,
         floor_y,
@@ -178,7 +180,8 @@ fn live_index(pieces: &Pieces, live: &[PieceId]) -> Vec<i32> {
     pieces.of_particles().iter().map(index).collect()
 }
 
-/// Plans and executes one stage, then lets the dough settle with the tool away.
+/// Plans and executes one stage, then lets the dough settle with the tool away. Returns the matching of what came of it
+/// as well: for each active particle the index of its target point.
 fn run_stage(
     scene: &Scene,
     subgoal: Subgoal,
@@ -187,7 +190,7 @@ fn run_stage(
     seed: u64,
     options: &Options,
     observe: impl FnMut(Progress),
-) -> StageRun {
+) -> (StageRun, Vec<usize>) {
     let begin = Instant::now();
     let tool = scene
         .tools
@@ -221,8 +224,8 @@ fn run_stage(
         Err(_) => Vec::new(),
     };
     let active: Vec<Point> = subgoal.active.iter().map(|&i| state.x[i]).collect();
-    let emd_final = assign(&active, &subgoal.target).mean_distance;
-    StageRun {
+    let Assignment { target_of, mean_distance: emd_final } = assign(&active, &subgoal.target);
+    let run = StageRun {
         title: subgoal.title.clone(),
         tool,
         emd_initial: trace.emd_initial,
@@ -232,5 +235,6 @@ fn run_stage(
         settling,
         work,
         seconds: begin.elapsed().as_secs_f64(),
-    }
+    };
+    (run, target_of)
 }

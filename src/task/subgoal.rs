@@ -69,18 +69,11 @@ impl Subgoal {
     /// After the stage: each active particle goes to the piece of the target point that it is matched with, but dough
     /// that hangs together, where particles are about `spacing` apart, m, and by [`VERDICT`] belongs to one piece, goes to
     /// that as a whole: unequal halves stay two halves, and no later stage drags a part of one to the other.
-    /// `positions` are of all particles, m. `matching` gets the active particles and the target, equally many,
-    /// and returns for each particle the index of its target point; exact assignment is meant.
-    pub fn relabel(
-        &self,
-        pieces: &mut Pieces,
-        positions: &[Point],
-        spacing: f64,
-        matching: impl FnOnce(&[Point], &[Point]) -> Vec<usize>,
-    ) {
+    /// `positions` are of all particles, m. `target_of` is for each active particle the index of its target point;
+    /// exact assignment is meant.
+    pub fn relabel(&self, pieces: &mut Pieces, positions: &[Point], spacing: f64, target_of: &[usize]) {
         let active: Vec<Point> = self.active.iter().map(|&i| positions[i]).collect();
-        let matched: Vec<PieceId> =
-            matching(&active, &self.target).iter().map(|&t| self.piece_of_target[t]).collect();
+        let matched: Vec<PieceId> = target_of.iter().map(|&t| self.piece_of_target[t]).collect();
         // The target lists one piece after the other.
         let mut outputs = self.piece_of_target.clone();
         outputs.dedup();

@@ -113,7 +113,7 @@ fn pieces_are_followed_by_name_through_a_plan() {
     let small = cut.piece_of_target.iter().filter(|p| **p == 1).count();
     assert!((95..=105).contains(&small), "a third of the volume, {small} of 300 points");
 
-    cut.relabel(&mut pieces, &bar, 0.005, greedy);
+    cut.relabel(&mut pieces, &bar, 0.005, &greedy(&bar, &cut.target));
     let in_small = pieces.members(&[1]);
     assert_eq!(in_small.len(), small);
     let mean_x = |ix: &[usize]| ix.iter().map(|&i| bar[i][0]).sum::<f64>() / ix.len() as f64;
@@ -122,7 +122,8 @@ fn pieces_are_followed_by_name_through_a_plan() {
     let roll = plan.subgoal(1, &pieces, 1);
     assert_eq!(roll.active, in_small, "the large piece stays where it is");
     assert!(roll.piece_of_target.iter().all(|p| *p == 3));
-    roll.relabel(&mut pieces, &bar, 0.005, greedy);
+    let rolled: Vec<Point> = roll.active.iter().map(|&i| bar[i]).collect();
+    roll.relabel(&mut pieces, &bar, 0.005, &greedy(&rolled, &roll.target));
     assert_eq!(plan.subgoal(2, &pieces, 1).active.len(), 300 - small);
     assert_eq!(pieces.members(&[2]).len() + pieces.members(&[3]).len(), 300);
 }
@@ -136,12 +137,12 @@ fn what_hangs_together_stays_one_piece_whatever_its_size() {
     let cut_bar: Vec<Point> = row(0, 120, 0.2).chain(row(120, 300, 0.4)).collect();
     let cut = plan.subgoal(0, &Pieces::initial(300), 1);
     let mut pieces = Pieces::initial(300);
-    cut.relabel(&mut pieces, &cut_bar, 0.005, greedy);
+    cut.relabel(&mut pieces, &cut_bar, 0.005, &greedy(&cut_bar, &cut.target));
     assert_eq!(pieces.members(&[1]), (0..120).collect::<Vec<_>>());
     assert_eq!(plan.subgoal(1, &pieces, 1).target.len(), 120);
     // In one piece still: the match decides.
     let bar: Vec<Point> = row(0, 300, 0.2).collect();
-    cut.relabel(&mut pieces, &bar, 0.005, greedy);
+    cut.relabel(&mut pieces, &bar, 0.005, &greedy(&bar, &cut.target));
     assert!((95..=105).contains(&pieces.members(&[1]).len()));
 }
 

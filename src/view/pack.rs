@@ -28,7 +28,7 @@ pub struct Packer {
 impl Packer {
     /// A packer of points within `bounds`; what lies outside is moved to its surface.
     pub fn new(bounds: Bounds) -> Self {
-        Self { bounds, deflated: ZlibEncoder::new(Vec::new(), Compression::new(7)), before: Vec::new() }
+        Self { bounds, deflated: ZlibEncoder::new(Vec::new(), Compression::new(5)), before: Vec::new() }
     }
 
     /// Adds the next frame; every frame has the same number of points.

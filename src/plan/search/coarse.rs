@@ -2,7 +2,7 @@
 //!
 //! A stage's problem and the dough come in, a [`Coarse`] copy and its objective go out. Imports emd.
 
-use crate::emd::exact::{Assignment, assign, assign_within};
+use crate::emd::exact::{Assignment, Target};
 use crate::math::cloud::{Bounds, Point, distance, sub};
 use crate::math::hull::HullFromAbove;
 use crate::math::kd_tree::KdTree;
@@ -23,7 +23,7 @@ pub struct Coarse<'a> {
     /// Which particles of the whole dough `state` has.
     ids: Vec<usize>,
     /// As many points as `active`, m.
-    pub target: Vec<Point>,
+    target: Target,
     /// The whole target.
     near_target: &'a NearTarget<'a>,
     /// What dough costs that strays or is in a gap.
@@ -42,6 +42,8 @@ pub struct Cost {
     pub emd: f64,
     /// The objective's gradient by the positions.
     pub positions_adj: Vec<Point>,
+    /// For every active particle the index of the target point that it is matched with.
+    pub target_of: Vec<usize>,
 }
 
 /// What dough costs that is where none should be, against a way of the same length.
@@ -159,7 +161,7 @@ impl<'a> Coarse<'a> {
             others: (active.len()..ids.len()).collect(),
             home: ids.iter().map(|&i| home[i]).collect(),
             ids,
-            target,
+            target: Target::new(target),
         }
     }
 
@@ -187,10 +189,14 @@ impl<'a> Coarse<'a> {
             }
         };
         for (&i, &t) in self.active.iter().zip(&matching.target_of) {
-            let to = self.target[t];
-            pull(i, to, (distance(x[i], to), 1.0));
+            let to = self.target.points()[t];
+            let way = distance(x[i], to);
+            pull(i, to, (way, 1.0));
             let Weights { stray, gap } = self.weights;
-            if let Some((out, beyond)) = self.near_target.beyond(x[i]) {
+            // What is near to its match does not stray.
+            if way > STRAY_FROM * self.near_target.spacing
+                && let Some((out, beyond)) = self.near_target.beyond(x[i])
+            {
                 let (value, slope) = stray_cost(beyond, HALFWAY * self.near_target.spacing);
                 pull(i, out, (stray * value, stray * slope));
             }
@@ -203,14 +209,15 @@ impl<'a> Coarse<'a> {
         for &i in &self.others {
             pull(i, self.home[i], (distance(x[i], self.home[i]), 1.0));
         }
-        Cost { objective: sum * share, emd: matching.mean_distance, positions_adj: adj }
+        let Assignment { target_of, mean_distance: emd } = matching;
+        Cost { objective: sum * share, emd, positions_adj: adj, target_of }
     }
 
     /// The matching of the active dough's points with the target's.
     fn matching(&self, active: &[Point]) -> Assignment {
         match self.tolerance {
-            0.0 => assign(active, &self.target),
-            tolerance => assign_within(active, &self.target, tolerance),
+            0.0 => self.target.assign(active),
+            tolerance => self.target.assign_within(active, tolerance),
         }
     }
 
@@ -237,13 +244,11 @@ impl<'a> Coarse<'a> {
         self.active.iter().copied().filter(|&i| is_stray(self.state.x[i])).collect()
     }
 
-    /// For every particle the way that it should go, m: active ones to their match, others nowhere.
-    pub fn motion(&self) -> Vec<Point> {
-        let active: Vec<Point> = self.active.iter().map(|&i| self.state.x[i]).collect();
-        let matched = self.matching(&active).target_of;
+    /// For every particle the way that it should go, m: active ones to `target_of`, others nowhere.
+    pub fn motion(&self, target_of: &[usize]) -> Vec<Point> {
         let mut motion = vec![[0.0; 3]; self.state.len()];
-        for (&i, &t) in self.active.iter().zip(&matched) {
-            motion[i] = sub(self.target[t], self.state.x[i]);
+        for (&i, &t) in self.active.iter().zip(target_of) {
+            motion[i] = sub(self.target.points()[t], self.state.x[i]);
         }
         motion
     }
@@ -356,7 +361,7 @@ mod tests {
             others: (30..40).collect(),
             home: x.clone(),
             ids: (0..40).collect(),
-            target: target.clone(),
+            target: Target::new(target.clone()),
         };
         let mut there = x.clone();
         there[..30].copy_from_slice(&target);

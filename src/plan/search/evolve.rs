@@ -160,8 +160,9 @@ impl<T: Real> Search<'_, T> {
                 rate: self.settings.learning_rate,
                 memory: self.gradient_memory,
             };
+            let best = &pool[..pool.len().min(count)];
             let paths =
-                self.batch.run(&pool[..pool.len().min(count)], |sim, tried| descent.run(sim, tried, steps));
+                self.batch.run(best, |tried| tried.stroke.steps, |sim, tried| descent.run(sim, tried, steps));
             pool.extend(self.settled(paths.into_iter().flatten().collect()));
             pool = self.fittest(pool);
         }
@@ -176,10 +177,11 @@ impl<T: Real> Search<'_, T> {
     /// Those of the strokes that can be carried out and promise most, with what they lead to.
     fn try_all(&mut self, strokes: &[Stroke]) -> Vec<Tried> {
         let (lowered, rest, tool, coarse) = (self.lowered, self.rest, self.tool, self.coarse);
-        let left = self.batch.run(strokes, |sim, stroke| {
+        let try_one = |sim: &mut Simulator<T>, stroke: &Stroke| {
             sim.set_tools(vec![tool.clone()]);
             Left::of(sim, stroke, lowered(stroke.pose_above(rest)), tool, coarse).map(|(left, _)| left)
-        });
+        };
+        let left = self.batch.run(strokes, |stroke| stroke.steps, try_one);
         self.settled(left)
     }
 
@@ -194,11 +196,13 @@ impl<T: Real> Search<'_, T> {
         let merit = |l: &Left| self.settings.merit(self.before - l.objective, l.stroke.steps);
         left.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
         left.truncate(half);
-        let results = self.batch.run(&left, |sim, l| {
+        let settle = |sim: &mut Simulator<T>, l: &Left| {
             let end = come_to_rest(sim, l.state.clone(), settle_steps, |_| {}).ok()?;
             let objective = coarse.objective(&end.x);
             Some(Tried { stroke: l.stroke.clone(), pose: l.pose, objective, end: end.x })
-        });
+        };
+        // Nobody knows how long dough takes to come to rest.
+        let results = self.batch.run(&left, |_| 0, settle);
         results.into_iter().flatten().filter(|t| t.objective.is_finite()).collect()
     }
 }

@@ -194,18 +194,19 @@ impl<T: Real> Planner<'_, T> {
         // The executed tool must clear every particle, not just those that the search goes by.
         let all = placement(problem, &state.x, problem.active, &[]);
         let lowered = |pose: ToolPose| all.lowered_anyhow(pose);
+        let now = coarse.cost(&coarse.state.x);
         let mut search = Search {
             settings: problem.search,
             tool: problem.tool,
             rest: problem.rest,
             coarse: &coarse,
-            before: coarse.objective(&coarse.state.x),
+            before: now.objective,
             lowered: &lowered,
             batch: scouts,
             gradient_memory: problem.options.memory_limit / problem.options.threads.max(1),
             steps_left,
         };
-        run(&mut search, &|| seeds_on(problem, &coarse), rng)
+        run(&mut search, &|| seeds_on(problem, &coarse, &coarse.motion(&now.target_of)), rng)
     }
 
     /// What the best strokes do with all particles, best first: few do not tell everything, above all of a knife. If much
@@ -216,8 +217,9 @@ impl<T: Real> Planner<'_, T> {
         let all = placement(problem, &state.x, problem.active, &[]);
         let mut outcomes: Vec<Outcome> = Vec::new();
         let mut add = |outcomes: &mut Vec<Outcome>, strokes: &[Tried]| {
-            let tried = batch.run(strokes, |sim, tried| execute(sim, problem, judge, state, tried).ok());
-            outcomes.extend(tried.into_iter().flatten());
+            let length = |tried: &Tried| tried.stroke.steps;
+            let run = |sim: &mut Simulator<T>, tried: &Tried| execute(sim, problem, judge, state, tried).ok();
+            outcomes.extend(batch.run(strokes, length, run).into_iter().flatten());
             let merit = |o: &Outcome| search.merit(objective_now - o.objective, o.tried.stroke.steps);
             // A stable sort: of equal ones first the one that is better with few particles.
             outcomes.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
@@ -286,14 +288,13 @@ fn of_different_kinds(outcomes: Vec<Outcome>, most: usize, objective_now: f64) -
     kept
 }
 
-/// Places from which strokes on the dough may begin.
-fn seeds_on(problem: &StageProblem<'_>, coarse: &Coarse<'_>) -> Vec<Seed> {
-    let motion = coarse.motion();
+/// Places from which strokes on the dough may begin that should go by `motion`, m.
+fn seeds_on(problem: &StageProblem<'_>, coarse: &Coarse<'_>, motion: &[Point]) -> Vec<Seed> {
     let reachable: Vec<Point> =
-        coarse.state.x.iter().zip(&motion).map(|(p, m)| std::array::from_fn(|a| p[a] + m[a])).collect();
+        coarse.state.x.iter().zip(motion).map(|(p, m)| std::array::from_fn(|a| p[a] + m[a])).collect();
     let place = placement(problem, &coarse.state.x, &coarse.active, &reachable);
     let count = problem.search.first_population / 3;
-    seeds::seeds(&place, problem.params.substeps, &motion, &coarse.strays(), count)
+    seeds::seeds(&place, problem.params.substeps, motion, &coarse.strays(), count)
 }
 
 /// The same world with control steps of as few substeps as [`SEARCH_COURANT`] lets pass.
