@@ -55,8 +55,7 @@ impl<T: Real> Batch<T> {
                 let (order, next, done, work) = (&order, &next, &done, &work);
                 scope.spawn(move |_| {
                     // Jobs differ in length: whoever is free takes the next one.
-                    loop {
-                        let Some(&k) = order.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
+                    while let Some(&k) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
                         let result = work(sim, &jobs[k]);
                         done.lock().expect("no thread has panicked").push((k, result));
                     }
