@@ -119,8 +119,12 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
         seed: args.seed,
         command: args.command_line(),
     };
-    let record = pool.install(|| record(&inputs, &run));
-    write_and_commit(dir, &record, &report::html(&record))?;
+    let (record, report) = pool.install(|| {
+        let record = record(&inputs, &run);
+        let report = report::html(&record);
+        (record, report)
+    });
+    write_and_commit(dir, &record, &report)?;
     debug!("wrote {}", out.display());
     let summary = &record.summary;
     if args.json {

@@ -2,6 +2,8 @@
 //!
 //! Coarse dough and seeds come in, the best stroke found goes out. Imports sim's batches.
 
+use rayon::prelude::*;
+
 use super::coarse::{Coarse, Cost};
 use super::seeds::Seed;
 use super::stroke::{Spread, Stroke, pick};
@@ -120,7 +122,8 @@ impl<T: Real> Search<'_, T> {
 
     /// The strokes by the objective as it is now: gaps may weigh more than when they were found.
     pub fn judged_anew(&self, mut pool: Vec<Tried>) -> Vec<Tried> {
-        pool.iter_mut().for_each(|t| t.objective = self.coarse.objective(&t.end));
+        let coarse = self.coarse;
+        pool.par_iter_mut().for_each(|t| t.objective = coarse.objective(&t.end));
         pool
     }
 

@@ -13,10 +13,14 @@ function node(name, text, attributes = {}, children = []) {
   return made;
 }
 
+// Every line of the text is deflated by itself.
 async function inflate(text) {
-  const bytes = Uint8Array.from(atob(text.trim()), (c) => c.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+  const parts = await Promise.all(text.trim().split(/\s+/).map((line) => {
+    const bytes = Uint8Array.from(atob(line), (c) => c.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return new Response(stream).arrayBuffer();
+  }));
+  return new Uint8Array(await new Blob(parts).arrayBuffer());
 }
 
 // The reverse of pack.rs: low bytes then high bytes, folded differences to the frame before.
