@@ -61,6 +61,14 @@ fn pairs(line: &str, key: &str, join: &str, format: impl Fn(&str, &str) -> Strin
     parts.join(join)
 }
 
+/// The lines of the field `key` under another name, with their pairs in one line.
+fn listed(text: &str, key: &str, name: &str, format: impl Fn(&str, &str) -> String) -> String {
+    prose(text, |l| match l.strip_prefix(key) {
+        Some(_) => format!("{name}: {}", pairs(l, key, ", ", &format)),
+        None => l.to_owned(),
+    })
+}
+
 fn number_word(number: &str) -> &str {
     ["Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven"][number.parse::<usize>().unwrap()]
 }
@@ -126,18 +134,8 @@ const REWRITINGS: &[Rewriting] = &[
             None => l.to_owned(),
         })
     }),
-    ("places in words", |t| {
-        prose(t, |l| match l.strip_prefix("loc:") {
-            Some(_) => format!("Location: {}", pairs(l, "loc:", ", ", |n, v| format!("{n} at {v}"))),
-            None => l.to_owned(),
-        })
-    }),
-    ("volumes with equals", |t| {
-        prose(t, |l| match l.strip_prefix("vol:") {
-            Some(_) => format!("Volume: {}", pairs(l, "vol:", ", ", |n, v| format!("{n} = {v} cubic units"))),
-            None => l.to_owned(),
-        })
-    }),
+    ("places in words", |t| listed(t, "loc:", "Location", |n, v| format!("{n} at {v}"))),
+    ("volumes with equals", |t| listed(t, "vol:", "Volume", |n, v| format!("{n} = {v} cubic units"))),
     ("volumes one by one", |t| {
         prose(t, |l| match l.strip_prefix("vol:") {
             Some(_) => pairs(l, "vol:", "\n", |n, v| format!("- Volume of {n}: {v}")),
