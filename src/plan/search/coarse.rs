@@ -16,6 +16,10 @@ pub struct Coarse<'a> {
     pub state: ParticleState,
     /// Which of `state` the stage is about.
     pub active: Vec<usize>,
+    /// So many of `active` stand for their neighbours too, those from here on for themselves alone.
+    evenly: usize,
+    /// What a particle that stands for itself alone counts, against one that does not.
+    lone_part: f64,
     /// All others: they should stay.
     pub others: Vec<usize>,
     /// Where all others should stay, m: places of the same particles as `state`.
@@ -46,6 +50,15 @@ pub struct Cost {
     pub target_of: Vec<usize>,
 }
 
+/// Whether dough that is deep in a gap of the target, of which an even choice shows none, is among the few particles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Crumbs {
+    /// It is, and counts as the little that it is: a search would never know of a crumb in a hole.
+    Chosen,
+    /// It is not.
+    ByChance,
+}
+
 /// What dough costs that is where none should be, against a way of the same length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
@@ -64,6 +77,8 @@ const STRAY_FROM: f64 = 2.0;
 /// Dough that is farther than this from every point of the target as seen from above, and yet within the hull of a piece
 /// that has a hole, is in a gap.
 const GAP_FROM: f64 = 1.0;
+/// Dough is deep in a gap from this share of the way on that the deepest place in it is in.
+const DEEP: f64 = 0.5;
 /// So far beyond that, a particle costs half of what it may cost at most, in spacings.
 const HALFWAY: f64 = 3.0;
 
@@ -83,6 +98,8 @@ pub struct NearTarget<'a> {
     /// The points as seen from above, and the hulls of the pieces that have holes.
     shadow: KdTree,
     hulls: Vec<HullFromAbove>,
+    /// How deep in a gap one can be, m.
+    deepest: f64,
     /// Mean distance of a point to the next, m.
     spacing: f64,
 }
@@ -96,13 +113,31 @@ impl<'a> NearTarget<'a> {
     /// Sorts the points, m; some of their pieces may have holes.
     pub fn new(points: &'a [Point], with_holes: &[Vec<Point>]) -> Self {
         let shadow: Vec<Point> = points.iter().map(|p| flat(*p)).collect();
-        Self {
+        let mut near = Self {
             points,
             tree: KdTree::new(points),
             shadow: KdTree::new(&shadow),
             hulls: with_holes.iter().map(|piece| HullFromAbove::of(piece)).collect(),
+            deepest: 0.0,
             spacing: spacing(points),
-        }
+        };
+        near.deepest = with_holes.iter().map(|piece| near.deepest_around(piece)).fold(0.0, f64::max);
+        near
+    }
+
+    /// How deep in a gap a place in the box around a piece can be, m, by places a spacing apart.
+    fn deepest_around(&self, piece: &[Point]) -> f64 {
+        let Some(bounds) = Bounds::of(piece).filter(|_| self.spacing > 0.0) else { return 0.0 };
+        let size = bounds.size().map(|side| (side / self.spacing) as usize);
+        let at = |a: usize, k: usize| bounds.min[a] + self.spacing * k as f64;
+        let places = (0..=size[0]).flat_map(|i| (0..=size[2]).map(move |k| [at(0, i), 0.0, at(2, k)]));
+        places.filter_map(|place| self.in_gap(place)).map(|(_, depth)| depth).fold(0.0, f64::max)
+    }
+
+    /// Those of the particles, `active` of all at `x`, that are deep in a gap of the target.
+    fn deep(&self, active: &[usize], x: &[Point]) -> Vec<usize> {
+        let is_deep = |p: Point| self.in_gap(p).is_some_and(|(_, depth)| depth > DEEP * self.deepest);
+        active.iter().copied().filter(|&i| is_deep(x[i])).collect()
     }
 
     /// If `x` is in a gap of the target, the nearest place out of it at the same height, and how far in it is, m.
@@ -135,20 +170,32 @@ impl<'a> Coarse<'a> {
         state: &ParticleState,
         home: &[Point],
         count: usize,
+        crumbs: Crumbs,
         weights: Weights,
     ) -> Self {
         let n = state.len();
         let share = (count as f64 / n as f64).min(1.0);
         let mut is_active = vec![false; n];
         problem.active.iter().for_each(|&i| is_active[i] = true);
-        let choose = |wanted: bool| {
-            let ids: Vec<usize> = (0..n).filter(|&i| is_active[i] == wanted).collect();
+        let choose = |wanted: bool, lone: &[usize]| {
+            let ids: Vec<usize> = (0..n).filter(|i| is_active[*i] == wanted && !lone.contains(i)).collect();
             let places: Vec<Point> = ids.iter().map(|&i| state.x[i]).collect();
-            let m =
-                ((share * ids.len() as f64).round() as usize).clamp(usize::from(!ids.is_empty()), ids.len());
-            even_subset(&places, m).into_iter().map(|k| ids[k]).collect::<Vec<_>>()
+            let all = ids.len() + lone.len();
+            let m = ((share * all as f64).round() as usize).clamp(usize::from(all > 0), all);
+            let even = even_subset(&places, m.saturating_sub(lone.len()));
+            even.into_iter().map(|k| ids[k]).chain(lone.iter().copied()).collect::<Vec<_>>()
         };
-        let (active, others) = (choose(true), choose(false));
+        let (mut active, others) = (choose(true, &[]), choose(false, &[]));
+        let mut lone = match crumbs {
+            Crumbs::Chosen => near_target.deep(problem.active, &state.x),
+            Crumbs::ByChance => Vec::new(),
+        };
+        if active.iter().any(|i| lone.contains(i)) {
+            lone.clear();
+        }
+        if !lone.is_empty() {
+            active = choose(true, &lone);
+        }
         let ids: Vec<usize> = active.iter().chain(&others).copied().collect();
         let target: Vec<Point> =
             even_subset(problem.target, active.len()).into_iter().map(|k| problem.target[k]).collect();
@@ -157,6 +204,8 @@ impl<'a> Coarse<'a> {
             near_target,
             weights,
             state: state.select(&ids),
+            evenly: active.len() - lone.len(),
+            lone_part: ids.len() as f64 / n as f64,
             active: (0..active.len()).collect(),
             others: (active.len()..ids.len()).collect(),
             home: ids.iter().map(|&i| home[i]).collect(),
@@ -191,8 +240,10 @@ impl<'a> Coarse<'a> {
         for (&i, &t) in self.active.iter().zip(&matching.target_of) {
             let to = self.target.points()[t];
             let way = distance(x[i], to);
-            pull(i, to, (way, 1.0));
+            let part = self.part(i);
+            pull(i, to, (part * way, part));
             let Weights { stray, gap } = self.weights;
+            let (stray, gap) = (part * stray, part * gap);
             // What is near to its match does not stray.
             if way > STRAY_FROM * self.near_target.spacing
                 && let Some((out, beyond)) = self.near_target.beyond(x[i])
@@ -213,6 +264,11 @@ impl<'a> Coarse<'a> {
         Cost { objective: sum * share, emd, positions_adj: adj, target_of }
     }
 
+    /// What active particle `i` counts.
+    fn part(&self, i: usize) -> f64 {
+        if i < self.evenly { 1.0 } else { self.lone_part }
+    }
+
     /// The matching of the active dough's points with the target's.
     fn matching(&self, active: &[Point]) -> Assignment {
         match self.tolerance {
@@ -223,7 +279,9 @@ impl<'a> Coarse<'a> {
 
     /// What dough in gaps costs by a weight of 1, m: its depth in them as a mean over all dough, which is at `x`.
     pub fn gap_cost_of_all(&self, x: &[Point]) -> f64 {
-        let depth = |&i: &usize| self.near_target.in_gap(x[self.ids[i]]).map_or(0.0, |(_, depth)| depth);
+        let depth = |&i: &usize| {
+            self.near_target.in_gap(x[self.ids[i]]).map_or(0.0, |(_, depth)| self.part(i) * depth)
+        };
         self.active.iter().map(depth).sum::<f64>() / self.ids.len() as f64
     }
 
@@ -300,6 +358,9 @@ fn halve(points: &[Point], ids: &mut [usize], m: usize, chosen: &mut Vec<usize>)
 mod tests {
     use super::*;
     use crate::math::rng::{seeded, uniform};
+    use crate::plan::settings::{Effort, Method, SearchSettings};
+    use crate::sim::Options;
+    use crate::task::source::load_scene;
 
     #[test]
     fn an_even_subset_keeps_the_shape_and_every_corner_of_it() {
@@ -333,6 +394,8 @@ mod tests {
             let (out, depth) = near.in_gap([0.505, y, 0.5]).expect("in the hole");
             assert!((depth - (0.025 - near.spacing)).abs() < 0.003, "{depth}");
             assert!(out[1] == y && (out[0] - 0.5).hypot(out[2] - 0.5) < 0.035, "{out:?}");
+            let x = [[0.6, y, 0.5], [0.515, y, 0.5], [0.505, y, 0.5]];
+            assert_eq!(near.deep(&[0, 1, 2], &x), [2]);
             assert!(near.in_gap([0.6, y, 0.5]).is_none(), "beyond the rim");
             assert!(near.in_gap([0.55, y, 0.5]).is_none(), "in the ring or above it");
         }
@@ -340,6 +403,49 @@ mod tests {
         two.extend(&ring);
         let near = NearTarget::new(&two, std::slice::from_ref(&ring));
         assert!(near.in_gap([0.505, 0.05, 0.5]).is_some() && near.in_gap([0.575, 0.05, 0.52]).is_none());
+    }
+
+    #[test]
+    fn a_crumb_in_the_middle_of_a_hole_is_among_the_few_and_counts_for_itself_alone() {
+        let grid =
+            (0..41 * 41).map(|i| [0.3 + 0.01 * f64::from(i % 41), 0.05, 0.3 + 0.01 * f64::from(i / 41)]);
+        let ring: Vec<Point> =
+            grid.filter(|p| (0.05..0.15).contains(&(p[0] - 0.5).hypot(p[2] - 0.5))).collect();
+        let (rim, crumb) = ([0.53, 0.05, 0.5], [0.501, 0.05, 0.5]);
+        let scene = load_scene("donut").unwrap();
+        let (active, with_holes) = ((0..ring.len()).collect::<Vec<_>>(), [ring.clone()]);
+        let problem = StageProblem {
+            params: &scene.params,
+            options: &Options::default(),
+            method: Method::Donut,
+            settings: &scene.planner,
+            search: &SearchSettings::of(Effort::Quick),
+            seed: 0,
+            tool: &scene.tools[0].tool,
+            rest: &scene.tools[0].rest,
+            active: &active,
+            target: &ring,
+            with_holes: &with_holes,
+        };
+        let near_target = NearTarget::new(&ring, &with_holes);
+        let weights = Weights { stray: 0.0, gap: 1.0 };
+        // The dough is the ring, but for one particle.
+        let few_of = |odd: Point, count: usize, crumbs: Crumbs| {
+            let mut dough = ring.clone();
+            dough[100] = odd;
+            let state = ParticleState::at_rest(dough);
+            Coarse::new(&problem, &near_target, &state, &state.x, count, crumbs, weights)
+        };
+        let without = few_of(rim, 60, Crumbs::Chosen);
+        assert!(!without.ids.contains(&100) && without.active.len() == 60);
+        let with = few_of(crumb, 60, Crumbs::Chosen);
+        assert!(with.ids.contains(&100) && with.active.len() == 60 && with.target.points().len() == 60);
+        let depth = near_target.in_gap(crumb).unwrap().1;
+        let (gap, expected) = (
+            with.gap_cost_of_all(&few_of(crumb, ring.len(), Crumbs::ByChance).state.x),
+            depth / ring.len() as f64,
+        );
+        assert!((gap - expected).abs() < 1e-12, "{gap} {expected}");
     }
 
     #[test]
@@ -358,6 +464,8 @@ mod tests {
             tolerance: 0.0,
             state: ParticleState::at_rest(x.clone()),
             active: (0..30).collect(),
+            evenly: 28,
+            lone_part: 0.3,
             others: (30..40).collect(),
             home: x.clone(),
             ids: (0..40).collect(),

@@ -17,7 +17,7 @@ use crate::math::cloud::Point;
 use crate::math::rng::{Pcg64, seeded};
 use crate::sim::lanes::Real;
 use crate::sim::{Batch, Options, Params, ParticleState, SimError, Simulator, ToolPose};
-use coarse::{Coarse, Cost, NearTarget, Weights};
+use coarse::{Coarse, Cost, Crumbs, NearTarget, Weights};
 use evolve::{NUDGES, Search, Tried, are_kin, come_to_rest};
 use seeds::Seed;
 use stroke::Stroke;
@@ -47,7 +47,7 @@ pub fn plan_stage<T: Real>(
     let mut planner = Planner {
         problem,
         near_target: &near_target,
-        judge: Coarse::new(problem, &near_target, start, &start.x, start.len(), weights),
+        judge: Coarse::new(problem, &near_target, start, &start.x, start.len(), Crumbs::ByChance, weights),
         home: &start.x,
         scouts: Batch::<T>::new(&for_search(problem.params), tool, &forward_only),
         batch: Batch::<T>::new(problem.params, tool, &forward_only),
@@ -79,7 +79,9 @@ pub fn plan_stage<T: Real>(
             observe(Progress { step: steps, searched, horizon, emd: emd_now, resets });
         };
         let pool = std::mem::take(&mut known);
-        let found = planner.explore(&state, steps_left, pool, on_searched);
+        // A search that fails may have failed for a crumb that cannot be moved: the next one does not know of it.
+        let crumbs = if failures == 0 { Crumbs::Chosen } else { Crumbs::ByChance };
+        let found = planner.explore(&state, steps_left, crumbs, pool, on_searched);
         if found.is_empty() {
             break StopReason::NoPlace;
         }
@@ -166,10 +168,11 @@ impl<T: Real> Planner<'_, T> {
         &mut self,
         state: &ParticleState,
         steps_left: usize,
+        crumbs: Crumbs,
         pool: Vec<Tried>,
         on_searched: impl FnMut(f64),
     ) -> Vec<Tried> {
-        self.search(state, steps_left, |search, seeds, rng| {
+        self.search(state, steps_left, crumbs, |search, seeds, rng| {
             let pool = if pool.is_empty() { search.first(&seeds(), rng) } else { search.judged_anew(pool) };
             let found = search.run(pool, rng, on_searched);
             search.refined(found)
@@ -178,7 +181,9 @@ impl<T: Real> Planner<'_, T> {
 
     /// The best strokes of a first generation, which looks everywhere, best first; and the objective before them, m.
     fn first_look(&mut self, state: &ParticleState, steps_left: usize) -> (Vec<Tried>, f64) {
-        self.search(state, steps_left, |search, seeds, rng| (search.first(&seeds(), rng), search.before))
+        self.search(state, steps_left, Crumbs::Chosen, |search, seeds, rng| {
+            (search.first(&seeds(), rng), search.before)
+        })
     }
 
     /// Gives `run` a search for strokes on few of the particles, and the seeds for it.
@@ -186,11 +191,12 @@ impl<T: Real> Planner<'_, T> {
         &mut self,
         state: &ParticleState,
         steps_left: usize,
+        crumbs: Crumbs,
         run: impl FnOnce(&mut Search<'_, T>, &dyn Fn() -> Vec<Seed>, &mut Pcg64) -> R,
     ) -> R {
         let Self { problem, near_target, judge, home, scouts, rng, .. } = self;
         let (problem, particles) = (*problem, problem.search.particles);
-        let coarse = Coarse::new(problem, near_target, state, home, particles, judge.weights);
+        let coarse = Coarse::new(problem, near_target, state, home, particles, crumbs, judge.weights);
         // The executed tool must clear every particle, not just those that the search goes by.
         let all = placement(problem, &state.x, problem.active, &[]);
         let lowered = |pose: ToolPose| all.lowered_anyhow(pose);
