@@ -77,7 +77,7 @@ fn write_made_up_runs() {
         ("nothing", common::without_steps(500)),
     ];
     for (name, run) in runs {
-        let dir = donut::store::RunDir::create(&out.join(name)).unwrap();
+        let dir = donut::store::RunDir::claim(&out.join(name)).unwrap();
         donut::store::run_dir::write_and_commit(dir, &run, &donut::view::report::html(&run)).unwrap();
     }
 }

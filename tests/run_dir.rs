@@ -50,7 +50,7 @@ fn the_files_and_keys_are_those_others_rely_on() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("runs/spread");
     let run = common::squashed_ball(100);
-    write_and_commit(RunDir::create(&out).unwrap(), &run, &report::html(&run)).unwrap();
+    write_and_commit(RunDir::claim(&out).unwrap(), &run, &report::html(&run)).unwrap();
     for file in ["summary.json", "trajectory.npz", "plan.json", "report.html"] {
         assert!(out.join(file).is_file(), "{file}");
     }
@@ -103,7 +103,7 @@ fn the_same_run_makes_the_same_bytes() {
     let dir = tempfile::tempdir().unwrap();
     for name in ["a", "b"] {
         let run = common::squashed_ball(50);
-        let claimed = RunDir::create(&dir.path().join(name)).unwrap();
+        let claimed = RunDir::claim(&dir.path().join(name)).unwrap();
         write_and_commit(claimed, &run, &report::html(&run)).unwrap();
     }
     for file in ["summary.json", "trajectory.npz", "plan.json", "report.html"] {

@@ -92,7 +92,7 @@ pub fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
     let wanted = args.wanted.find()?;
     let out = args.out.clone().unwrap_or_else(|| Path::new("runs").join(wanted.name()));
     // Before a model is asked: an answer may cost something.
-    let dir = RunDir::create(&out)?;
+    let dir = RunDir::claim(&out)?;
     let options = args.options()?;
     let (Planned { source, mut scene, stages, warnings }, said) = args.planned(&wanted, &out)?;
     for warning in &warnings {

@@ -142,8 +142,11 @@ struct Origin {
 impl Origin {
     fn find(threads: usize, simd: crate::sim::SimdLevel) -> Self {
         let mut build = env!("CARGO_PKG_VERSION").to_owned();
-        if let Some(commit) = commit() {
-            build += &format!(" ({commit})");
+        match commit() {
+            Some(commit) => build += &format!(" ({commit})"),
+            None => tracing::warn!(
+                "the results name no commit: this program lies in no checkout of git (`cargo run --release -- eval ..` does)"
+            ),
         }
         let simd = format!("{simd:?}").to_lowercase();
         let s = if threads == 1 { "" } else { "s" };

@@ -3,8 +3,9 @@
 //! Bytes come in; complete files under their final names go out. Imports nothing of donut.
 //!
 //! A single file is written under a hidden temporary name beside it and renamed. A run directory is
-//! claimed before the computation starts ([`RunDir::create`], which finds an unwritable place at once),
-//! filled in a hidden staging directory, and put in place by [`RunDir::commit`].
+//! claimed before the computation starts ([`RunDir::claim`], which finds an unwritable place at once and leaves nothing
+//! there, so that a killed process does not either), filled in a hidden staging directory ([`RunDir::stage`]), and put
+//! in place by [`RunDir::commit`].
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write};
@@ -101,7 +102,7 @@ pub struct RunDir {
 
 impl RunDir {
     /// Claims `target`: it must be absent, empty, or an earlier run, and its place writable.
-    pub fn create(target: &Path) -> Result<Self, StoreError> {
+    pub fn claim(target: &Path) -> Result<Self, StoreError> {
         let existed = target.symlink_metadata().is_ok();
         if existed {
             check_replaceable(target)?;
@@ -113,17 +114,33 @@ impl RunDir {
         } else {
             hidden_beside(&absolute)
         };
-        let mut made = Vec::new();
-        let mut missing = absolute.parent();
+        let mut run = Self { target: absolute, staging, made: Vec::new(), committed: false };
+        run.stage()?;
+        run.unstage();
+        Ok(run)
+    }
+
+    /// Makes the staging directory, empty, and says where it is: there the run's files are to be put until
+    /// [`RunDir::commit`].
+    pub fn stage(&mut self) -> Result<&Path, StoreError> {
+        let mut missing = self.target.parent();
         while let Some(directory) = missing.filter(|d| !d.exists()) {
-            made.insert(0, directory.to_owned());
+            self.made.insert(0, directory.to_owned());
             missing = directory.parent();
         }
-        let run = Self { target: absolute, staging, made, committed: false };
         // A leftover of a killed process that had the same id.
-        let _ = fs::remove_dir_all(&run.staging);
-        fs::create_dir_all(&run.staging).map_err(StoreError::write(target))?;
-        Ok(run)
+        let _ = fs::remove_dir_all(&self.staging);
+        fs::create_dir_all(&self.staging).map_err(StoreError::write(&self.target))?;
+        Ok(&self.staging)
+    }
+
+    /// Takes back what [`RunDir::stage`] has made.
+    fn unstage(&mut self) {
+        let _ = fs::remove_dir_all(&self.staging);
+        // Innermost first; a directory that has something else in it by now stays.
+        for directory in self.made.drain(..).rev() {
+            let _ = fs::remove_dir(directory);
+        }
     }
 
     /// Where the run will be.
@@ -131,12 +148,7 @@ impl RunDir {
         &self.target
     }
 
-    /// Where to put the run's files until then.
-    pub fn path(&self) -> &Path {
-        &self.staging
-    }
-
-    /// Puts the files in place. A new directory appears by one rename; in an existing one, files of an
+    /// Puts the staged files in place. A new directory appears by one rename; in an existing one, files of an
     /// earlier run are replaced one by one, [`COMPLETION_MARK`] removed first and put back last, so that
     /// a run that was interrupted here is seen to be incomplete. Files of other names stay.
     pub fn commit(mut self) -> Result<(), StoreError> {
@@ -171,12 +183,8 @@ impl RunDir {
 
 impl Drop for RunDir {
     fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.staging);
         if !self.committed {
-            // Innermost first; a directory that has something else in it by now stays.
-            for directory in self.made.iter().rev() {
-                let _ = fs::remove_dir(directory);
-            }
+            self.unstage();
         }
     }
 }
@@ -239,8 +247,10 @@ mod tests {
     #[test]
     fn an_abandoned_run_leaves_nothing() {
         let dir = tempfile::tempdir().unwrap();
-        let run = RunDir::create(&dir.path().join("deep/er/out")).unwrap();
-        fs::write(run.path().join("plan.json"), "{").unwrap();
+        let mut run = RunDir::claim(&dir.path().join("deep/er/out")).unwrap();
+        assert_eq!(names(dir.path()), [""; 0], "nor does one that was only claimed, and its process killed");
+        fs::write(run.stage().unwrap().join("plan.json"), "{").unwrap();
+        assert_eq!(names(dir.path()), ["deep"]);
         drop(run);
         assert_eq!(names(dir.path()), [""; 0]);
     }
@@ -250,11 +260,12 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let out = dir.path().join("out");
         for text in ["first", "second"] {
-            let run = RunDir::create(&out).unwrap();
-            fs::write(run.path().join(RUN_MARK), text).unwrap();
-            fs::write(run.path().join(COMPLETION_MARK), text).unwrap();
+            let mut run = RunDir::claim(&out).unwrap();
+            let staging = run.stage().unwrap();
+            fs::write(staging.join(RUN_MARK), text).unwrap();
+            fs::write(staging.join(COMPLETION_MARK), text).unwrap();
             if text == "first" {
-                fs::write(run.path().join(OPTIONAL[0]), text).unwrap();
+                fs::write(staging.join(OPTIONAL[0]), text).unwrap();
             }
             run.commit().unwrap();
             assert_eq!(out.join(OPTIONAL[0]).exists(), text == "first");
@@ -263,7 +274,7 @@ mod tests {
         assert_eq!(names(&out), ["notes.txt", RUN_MARK, COMPLETION_MARK]);
         assert_eq!(fs::read(out.join(RUN_MARK)).unwrap(), b"second");
         assert_eq!(names(dir.path()), ["out"]);
-        drop(RunDir::create(&out).unwrap());
+        drop(RunDir::claim(&out).unwrap());
         assert_eq!(
             fs::read(out.join(COMPLETION_MARK)).unwrap(),
             b"second",
@@ -275,8 +286,8 @@ mod tests {
     fn of_two_runs_at_once_the_last_to_finish_stays() {
         let dir = tempfile::tempdir().unwrap();
         let out = dir.path().join("out");
-        let first = RunDir::create(&out).unwrap();
-        fs::write(first.path().join(RUN_MARK), "first").unwrap();
+        let mut first = RunDir::claim(&out).unwrap();
+        fs::write(first.stage().unwrap().join(RUN_MARK), "first").unwrap();
         // The same process may not claim a place twice, so the other run is made by hand.
         fs::create_dir(&out).unwrap();
         fs::write(out.join(RUN_MARK), "second").unwrap();
@@ -289,9 +300,9 @@ mod tests {
     fn somebody_elses_directory_is_refused_before_anything_is_done() {
         let dir = tempfile::tempdir().unwrap();
         fs::write(dir.path().join("thesis.tex"), "").unwrap();
-        let refused = RunDir::create(dir.path()).unwrap_err().to_string();
+        let refused = RunDir::claim(dir.path()).unwrap_err().to_string();
         assert!(refused.contains("not a donut run") && refused.contains("--out"), "{refused}");
-        let below_a_file = RunDir::create(&dir.path().join("thesis.tex/out")).unwrap_err();
+        let below_a_file = RunDir::claim(&dir.path().join("thesis.tex/out")).unwrap_err();
         assert!(matches!(below_a_file, StoreError::Write { .. }));
     }
 }

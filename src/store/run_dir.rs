@@ -22,7 +22,7 @@ const REPORT: &str = "report.html";
 const CONVERSATION: &str = OPTIONAL[0];
 
 /// Writes a run's files into `dir`, which has to exist. For a run directory that appears whole, pass
-/// [`RunDir::path`] and commit afterwards, or call [`write_and_commit`].
+/// [`RunDir::stage`] and commit afterwards, or call [`write_and_commit`].
 pub fn write_run(dir: &Path, run: &RunRecord, report: &str) -> Result<(), StoreError> {
     run.trajectory.write(&dir.join(TRAJECTORY))?;
     write_json(&dir.join(PLAN), &run.plan)?;
@@ -34,8 +34,8 @@ pub fn write_run(dir: &Path, run: &RunRecord, report: &str) -> Result<(), StoreE
 }
 
 /// Fills a claimed run directory and puts it in place.
-pub fn write_and_commit(dir: RunDir, run: &RunRecord, report: &str) -> Result<(), StoreError> {
-    write_run(dir.path(), run, report)?;
+pub fn write_and_commit(mut dir: RunDir, run: &RunRecord, report: &str) -> Result<(), StoreError> {
+    write_run(dir.stage()?, run, report)?;
     dir.commit()
 }
 
