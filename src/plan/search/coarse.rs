@@ -50,7 +50,7 @@ pub struct Cost {
     pub target_of: Vec<usize>,
 }
 
-/// Whether dough that is deep in a gap of the target, of which an even choice shows none, is among the few particles.
+/// Whether dough that is deeper in a gap of the target than all that an even choice shows is among the few particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crumbs {
     /// It is, and counts as the little that it is: a search would never know of a crumb in a hole.
@@ -77,8 +77,6 @@ const STRAY_FROM: f64 = 2.0;
 /// Dough that is farther than this from every point of the target as seen from above, and yet within the hull of a piece
 /// that has a hole, is in a gap.
 const GAP_FROM: f64 = 1.0;
-/// Dough is deep in a gap from this share of the way on that the deepest place in it is in.
-const DEEP: f64 = 0.5;
 /// So far beyond that, a particle costs half of what it may cost at most, in spacings.
 const HALFWAY: f64 = 3.0;
 
@@ -98,8 +96,6 @@ pub struct NearTarget<'a> {
     /// The points as seen from above, and the hulls of the pieces that have holes.
     shadow: KdTree,
     hulls: Vec<HullFromAbove>,
-    /// How deep in a gap one can be, m.
-    deepest: f64,
     /// Mean distance of a point to the next, m.
     spacing: f64,
 }
@@ -113,31 +109,18 @@ impl<'a> NearTarget<'a> {
     /// Sorts the points, m; some of their pieces may have holes.
     pub fn new(points: &'a [Point], with_holes: &[Vec<Point>]) -> Self {
         let shadow: Vec<Point> = points.iter().map(|p| flat(*p)).collect();
-        let mut near = Self {
+        Self {
             points,
             tree: KdTree::new(points),
             shadow: KdTree::new(&shadow),
             hulls: with_holes.iter().map(|piece| HullFromAbove::of(piece)).collect(),
-            deepest: 0.0,
             spacing: spacing(points),
-        };
-        near.deepest = with_holes.iter().map(|piece| near.deepest_around(piece)).fold(0.0, f64::max);
-        near
+        }
     }
 
-    /// How deep in a gap a place in the box around a piece can be, m, by places a spacing apart.
-    fn deepest_around(&self, piece: &[Point]) -> f64 {
-        let Some(bounds) = Bounds::of(piece).filter(|_| self.spacing > 0.0) else { return 0.0 };
-        let size = bounds.size().map(|side| (side / self.spacing) as usize);
-        let at = |a: usize, k: usize| bounds.min[a] + self.spacing * k as f64;
-        let places = (0..=size[0]).flat_map(|i| (0..=size[2]).map(move |k| [at(0, i), 0.0, at(2, k)]));
-        places.filter_map(|place| self.in_gap(place)).map(|(_, depth)| depth).fold(0.0, f64::max)
-    }
-
-    /// Those of the particles, `active` of all at `x`, that are deep in a gap of the target.
-    fn deep(&self, active: &[usize], x: &[Point]) -> Vec<usize> {
-        let is_deep = |p: Point| self.in_gap(p).is_some_and(|(_, depth)| depth > DEEP * self.deepest);
-        active.iter().copied().filter(|&i| is_deep(x[i])).collect()
+    /// How deep in a gap of the target `x` is, m; 0 if it is in none.
+    fn depth(&self, x: Point) -> f64 {
+        self.in_gap(x).map_or(0.0, |(_, depth)| depth)
     }
 
     /// If `x` is in a gap of the target, the nearest place out of it at the same height, and how far in it is, m.
@@ -186,15 +169,14 @@ impl<'a> Coarse<'a> {
             even.into_iter().map(|k| ids[k]).chain(lone.iter().copied()).collect::<Vec<_>>()
         };
         let (mut active, others) = (choose(true, &[]), choose(false, &[]));
-        let mut lone = match crumbs {
-            Crumbs::Chosen => near_target.deep(problem.active, &state.x),
-            Crumbs::ByChance => Vec::new(),
-        };
-        if active.iter().any(|i| lone.contains(i)) {
-            lone.clear();
-        }
-        if !lone.is_empty() {
-            active = choose(true, &lone);
+        let mut lone = Vec::new();
+        if crumbs == Crumbs::Chosen {
+            let depth = |i: &usize| near_target.depth(state.x[*i]);
+            let shown = active.iter().map(depth).fold(0.0, f64::max);
+            lone = problem.active.iter().copied().filter(|i| depth(i) > shown).collect();
+            if !lone.is_empty() {
+                active = choose(true, &lone);
+            }
         }
         let ids: Vec<usize> = active.iter().chain(&others).copied().collect();
         let target: Vec<Point> =
@@ -279,9 +261,7 @@ impl<'a> Coarse<'a> {
 
     /// What dough in gaps costs by a weight of 1, m: its depth in them as a mean over all dough, which is at `x`.
     pub fn gap_cost_of_all(&self, x: &[Point]) -> f64 {
-        let depth = |&i: &usize| {
-            self.near_target.in_gap(x[self.ids[i]]).map_or(0.0, |(_, depth)| self.part(i) * depth)
-        };
+        let depth = |&i: &usize| self.part(i) * self.near_target.depth(x[self.ids[i]]);
         self.active.iter().map(depth).sum::<f64>() / self.ids.len() as f64
     }
 
@@ -394,8 +374,6 @@ mod tests {
             let (out, depth) = near.in_gap([0.505, y, 0.5]).expect("in the hole");
             assert!((depth - (0.025 - near.spacing)).abs() < 0.003, "{depth}");
             assert!(out[1] == y && (out[0] - 0.5).hypot(out[2] - 0.5) < 0.035, "{out:?}");
-            let x = [[0.6, y, 0.5], [0.515, y, 0.5], [0.505, y, 0.5]];
-            assert_eq!(near.deep(&[0, 1, 2], &x), [2]);
             assert!(near.in_gap([0.6, y, 0.5]).is_none(), "beyond the rim");
             assert!(near.in_gap([0.55, y, 0.5]).is_none(), "in the ring or above it");
         }
@@ -411,7 +389,7 @@ mod tests {
             (0..41 * 41).map(|i| [0.3 + 0.01 * f64::from(i % 41), 0.05, 0.3 + 0.01 * f64::from(i / 41)]);
         let ring: Vec<Point> =
             grid.filter(|p| (0.05..0.15).contains(&(p[0] - 0.5).hypot(p[2] - 0.5))).collect();
-        let (rim, crumb) = ([0.53, 0.05, 0.5], [0.501, 0.05, 0.5]);
+        let (rim, crumb) = ([0.545, 0.05, 0.5], [0.53, 0.05, 0.5]);
         let scene = load_scene("donut").unwrap();
         let (active, with_holes) = ((0..ring.len()).collect::<Vec<_>>(), [ring.clone()]);
         let problem = StageProblem {
