@@ -2,12 +2,12 @@
 //!
 //! A stage's problem and the dough come in, a [`Coarse`] copy and its objective go out. Imports emd.
 
+use super::even_subset::even_subset;
 use crate::emd::exact::{Assignment, Target};
 use crate::math::cloud::{Bounds, Point, distance, sub};
 use crate::math::hull::HullFromAbove;
 use crate::math::kd_tree::KdTree;
 use crate::math::neighbours::Neighbours;
-use crate::plan::stage::StageProblem;
 use crate::sim::ParticleState;
 
 /// The dough of a stage, by fewer particles.
@@ -143,13 +143,14 @@ impl<'a> NearTarget<'a> {
 }
 
 impl<'a> Coarse<'a> {
-    /// An even choice of about `count` of all particles, and of the target in proportion.
+    /// An even choice of about `count` of all particles, of which a stage is about those in `active`, and of the target in
+    /// proportion.
     ///
     /// MPM's accelerations do not depend on the mass of a particle, so that fewer of them are the same dough. `home`
     /// are the places of the whole dough that particles which the stage is not about should keep.
     pub fn new(
-        problem: &StageProblem<'_>,
         near_target: &'a NearTarget<'a>,
+        active: &[usize],
         state: &ParticleState,
         home: &[Point],
         count: usize,
@@ -159,7 +160,7 @@ impl<'a> Coarse<'a> {
         let n = state.len();
         let share = (count as f64 / n as f64).min(1.0);
         let mut is_active = vec![false; n];
-        problem.active.iter().for_each(|&i| is_active[i] = true);
+        active.iter().for_each(|&i| is_active[i] = true);
         let choose = |wanted: bool, lone: &[usize]| {
             let ids: Vec<usize> = (0..n).filter(|i| is_active[*i] == wanted && !lone.contains(i)).collect();
             let places: Vec<Point> = ids.iter().map(|&i| state.x[i]).collect();
@@ -168,28 +169,28 @@ impl<'a> Coarse<'a> {
             let even = even_subset(&places, m.saturating_sub(lone.len()));
             even.into_iter().map(|k| ids[k]).chain(lone.iter().copied()).collect::<Vec<_>>()
         };
-        let (mut active, others) = (choose(true, &[]), choose(false, &[]));
+        let (mut few, others) = (choose(true, &[]), choose(false, &[]));
         let mut lone = Vec::new();
         if crumbs == Crumbs::Chosen {
             let depth = |i: &usize| near_target.depth(state.x[*i]);
-            let shown = active.iter().map(depth).fold(0.0, f64::max);
-            lone = problem.active.iter().copied().filter(|i| depth(i) > shown).collect();
+            let shown = few.iter().map(depth).fold(0.0, f64::max);
+            lone = active.iter().copied().filter(|i| depth(i) > shown).collect();
             if !lone.is_empty() {
-                active = choose(true, &lone);
+                few = choose(true, &lone);
             }
         }
-        let ids: Vec<usize> = active.iter().chain(&others).copied().collect();
+        let ids: Vec<usize> = few.iter().chain(&others).copied().collect();
         let target: Vec<Point> =
-            even_subset(problem.target, active.len()).into_iter().map(|k| problem.target[k]).collect();
+            even_subset(near_target.points, few.len()).into_iter().map(|k| near_target.points[k]).collect();
         Self {
             tolerance: if ids.len() < n { TOLERANCE * spacing(&target) } else { 0.0 },
             near_target,
             weights,
             state: state.select(&ids),
-            evenly: active.len() - lone.len(),
+            evenly: few.len() - lone.len(),
             lone_part: ids.len() as f64 / n as f64,
-            active: (0..active.len()).collect(),
-            others: (active.len()..ids.len()).collect(),
+            active: (0..few.len()).collect(),
+            others: (few.len()..ids.len()).collect(),
             home: ids.iter().map(|&i| home[i]).collect(),
             ids,
             target: Target::new(target),
@@ -300,64 +301,10 @@ fn spacing(cloud: &[Point]) -> f64 {
     cloud.iter().map(second).sum::<f64>() / cloud.len() as f64
 }
 
-/// Indices of `m` of the points, spread like all of them: the cloud is halved along its longest side again
-/// and again, and each part gives as many as its share.
-pub fn even_subset(points: &[Point], m: usize) -> Vec<usize> {
-    let mut ids: Vec<usize> = (0..points.len()).collect();
-    let mut chosen = Vec::with_capacity(m);
-    halve(points, &mut ids, m.min(points.len()), &mut chosen);
-    chosen.sort_unstable();
-    chosen
-}
-
-fn halve(points: &[Point], ids: &mut [usize], m: usize, chosen: &mut Vec<usize>) {
-    if m == 0 {
-        return;
-    }
-    if m == ids.len() {
-        chosen.extend_from_slice(ids);
-        return;
-    }
-    let part: Vec<Point> = ids.iter().map(|&i| points[i]).collect();
-    let bounds = Bounds::of(&part).expect("fewer points are wanted than there are");
-    let size = bounds.size();
-    let axis = (0..3).fold(0, |best, a| if size[a] > size[best] { a } else { best });
-    // Ties by index: the choice must not hang on the order that a sort leaves.
-    let middle = if m == 1 { ids.len() / 2 } else { ids.len() * (m / 2) / m };
-    ids.select_nth_unstable_by(middle, |&i, &k| points[i][axis].total_cmp(&points[k][axis]).then(i.cmp(&k)));
-    if m == 1 {
-        chosen.push(ids[middle]);
-        return;
-    }
-    let (low, high) = ids.split_at_mut(middle);
-    halve(points, low, m / 2, chosen);
-    halve(points, high, m - m / 2, chosen);
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::rng::{seeded, uniform};
-    use crate::plan::settings::{Effort, Method, SearchSettings};
-    use crate::sim::Options;
-    use crate::task::source::load_scene;
-
-    #[test]
-    fn an_even_subset_keeps_the_shape_and_every_corner_of_it() {
-        let grid: Vec<Point> =
-            (0..1000).map(|i| [i % 10, i / 10 % 10, i / 100].map(|k| f64::from(k) / 9.0)).collect();
-        let chosen = even_subset(&grid, 125);
-        assert_eq!(chosen.len(), 125);
-        assert!(chosen.windows(2).all(|w| w[0] < w[1]));
-        // Every eighth of the cube has its share.
-        for corner in 0..8 {
-            let side = |a: usize| corner >> a & 1 == 1;
-            let inside = chosen.iter().filter(|&&i| (0..3).all(|a| (grid[i][a] > 0.5) == side(a))).count();
-            assert!((13..=18).contains(&inside), "{corner}: {inside}");
-        }
-        assert_eq!(even_subset(&grid, 1000), (0..1000).collect::<Vec<_>>());
-        assert!(even_subset(&grid, 0).is_empty());
-    }
 
     #[test]
     fn a_gap_is_a_hole_at_any_height_and_neither_rim_nor_bump_nor_what_is_between_pieces_is_one() {
@@ -390,29 +337,15 @@ mod tests {
         let ring: Vec<Point> =
             grid.filter(|p| (0.05..0.15).contains(&(p[0] - 0.5).hypot(p[2] - 0.5))).collect();
         let (rim, crumb) = ([0.545, 0.05, 0.5], [0.53, 0.05, 0.5]);
-        let scene = load_scene("donut").unwrap();
-        let (active, with_holes) = ((0..ring.len()).collect::<Vec<_>>(), [ring.clone()]);
-        let problem = StageProblem {
-            params: &scene.params,
-            options: &Options::default(),
-            method: Method::Donut,
-            settings: &scene.planner,
-            search: &SearchSettings::of(Effort::Quick),
-            seed: 0,
-            tool: &scene.tools[0].tool,
-            rest: &scene.tools[0].rest,
-            active: &active,
-            target: &ring,
-            with_holes: &with_holes,
-        };
-        let near_target = NearTarget::new(&ring, &with_holes);
+        let active: Vec<usize> = (0..ring.len()).collect();
+        let near_target = NearTarget::new(&ring, std::slice::from_ref(&ring));
         let weights = Weights { stray: 0.0, gap: 1.0 };
         // The dough is the ring, but for one particle.
         let few_of = |odd: Point, count: usize, crumbs: Crumbs| {
             let mut dough = ring.clone();
             dough[100] = odd;
             let state = ParticleState::at_rest(dough);
-            Coarse::new(&problem, &near_target, &state, &state.x, count, crumbs, weights)
+            Coarse::new(&near_target, &active, &state, &state.x, count, crumbs, weights)
         };
         let without = few_of(rim, 60, Crumbs::Chosen);
         assert!(!without.ids.contains(&100) && without.active.len() == 60);

@@ -4,6 +4,7 @@
 //! before it is judged, so that thrown dough wins nothing. Imports sim and emd.
 
 pub mod coarse;
+pub mod even_subset;
 pub mod evolve;
 pub mod seeds;
 pub mod stirring;
@@ -47,7 +48,15 @@ pub fn plan_stage<T: Real>(
     let mut planner = Planner {
         problem,
         near_target: &near_target,
-        judge: Coarse::new(problem, &near_target, start, &start.x, start.len(), Crumbs::ByChance, weights),
+        judge: Coarse::new(
+            &near_target,
+            problem.active,
+            start,
+            &start.x,
+            start.len(),
+            Crumbs::ByChance,
+            weights,
+        ),
         home: &start.x,
         scouts: Batch::<T>::new(&for_search(problem.params), tool, &forward_only),
         batch: Batch::<T>::new(problem.params, tool, &forward_only),
@@ -196,7 +205,7 @@ impl<T: Real> Planner<'_, T> {
     ) -> R {
         let Self { problem, near_target, judge, home, scouts, rng, .. } = self;
         let (problem, particles) = (*problem, problem.search.particles);
-        let coarse = Coarse::new(problem, near_target, state, home, particles, crumbs, judge.weights);
+        let coarse = Coarse::new(near_target, problem.active, state, home, particles, crumbs, judge.weights);
         // The executed tool must clear every particle, not just those that the search goes by.
         let all = placement(problem, &state.x, problem.active, &[]);
         let lowered = |pose: ToolPose| all.lowered_anyhow(pose);
